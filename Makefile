@@ -22,6 +22,7 @@ OVERRIDE ?=
 TOOLS ?=
 PLATFORMS ?=
 SCOPE ?=
+PROGRAMS ?=
 T ?=
 SEED ?= 1
 JOBS ?= 2
@@ -42,7 +43,7 @@ export PYTHONUTF8 := 1
 .PHONY: formal fp-case fp-bench fp-campaign fp-report
 .PHONY: robots side-by-side
 .PHONY: bus motion motion-size drive synth plain quartus upsets bitstream silicon
-.PHONY: nios-sw nios-toolchain nios-gdb nios-cycles qemu tools-for-tests rs274
+.PHONY: nios-sw nios-toolchain nios-gdb nios-bench nios-cycles qemu tools-for-tests rs274
 
 help: ## list targets and variables
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -185,6 +186,9 @@ nios-sw: $(READY) ## programs of the Nios II systems and their committed images,
 	@$(MAKE) --no-print-directory -C nios_sw all images
 	@exec $(PY) -m tests.model_compiler.law_image
 	@$(PY) scripts/own_c_page.py
+
+nios-bench: $(READY) ## Dhrystone and the law per MHz on FPGA1 and FPGA2, and the C programs of a folder (PROGRAMS=folder)
+	@exec $(PY) -m sim.nios_bench $(if $(PROGRAMS),"$(PROGRAMS)")
 
 nios-toolchain: ## cross compiler and GDB for Nios II from Debian's source packages (about 30 minutes, once)
 	@scripts/nios_toolchain.sh

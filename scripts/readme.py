@@ -11,10 +11,13 @@ machine that has synthesised nothing.
 from __future__ import annotations
 
 import json
+import re
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from asip_asm.command import command
 from asip_asm.files import write_text
 from scripts.generated import table
 from sim.model.published import Published
@@ -84,8 +87,28 @@ def section(results: dict[str, Any]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def longest(steps: Sequence[str]) -> dict[str, Any]:
+    """Ends, time in ns and its part in wires of a path as `make synth` writes it.
+
+    steps: lines `<ns so far> <ns> <kind> <cell or net>`; Yosys appends the cell's kind to the name.
+    """
+    rows = [step.split(maxsplit=3) for step in steps]
+
+    def signal(name: str) -> str:
+        return re.split(r"_(?:TRELLIS|LUT4|PFUMX|L6MUX|CCU2C|MULT18|DP16KD)", name)[0]
+
+    wires = sum(float(ns) for _, ns, kind, _ in rows if kind == "routing")
+    return {
+        "from": signal(rows[0][3].removeprefix("dut.")),
+        "to": signal(rows[-1][3].removeprefix("dut.")),
+        "ns": float(rows[-1][0]),
+        "wires_ns": round(wires, 2),
+    }
+
+
 def kept(data: dict[str, Any]) -> dict[str, Any]:
-    """What is kept of build/synth.json: the cores, without each seed's figure and paths."""
+    """What is kept of build/synth.json: the cores, without each seed's figure, and of the longest
+    path its ends and times."""
     names = ("aluts", "registers", "dsp_18x18", "memory_bits", "modules", "commit")
     tops = json.loads(KEPT.read_text(encoding="utf-8"))["tops"] if KEPT.is_file() else {}
     for core in CORES & data["tops"].keys():
@@ -93,6 +116,8 @@ def kept(data: dict[str, Any]) -> dict[str, Any]:
         clock = {name: top["fmax_mhz"][name] for name in ("median", "min", "max")}
         clock["runs"] = len(top["fmax_mhz"]["seeds"])
         tops[core] = {name: top[name] for name in names} | {"fmax_mhz": clock}
+        if top["critical_path"]:
+            tops[core]["longest_path"] = longest(top["critical_path"])
     ordered = {core: tops[core] for core in CORES if core in tops}
     return {"measured": data["measured"], "tops": ordered}
 
@@ -111,6 +136,7 @@ def synthesis(data: dict[str, Any]) -> str:
     return "\n".join([*lines, "", f"Measured at commit {measured_at(data['tops'])}.", ""]) + "\n"
 
 
+@command("scripts/readme.py")
 def main(arguments: list[str]) -> int:
     """Rewrite README.md and docs/platforms.md; returns the exit status."""
     folder = Path(arguments[0]) if arguments else ROOT / "build"

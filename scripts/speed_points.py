@@ -18,7 +18,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from asip_asm.command import script_parser
+from asip_asm.command import command, script_parser
 from asip_asm.files import write_text
 from scripts.generated import keep_page, table
 from scripts.synth import TOPS
@@ -66,6 +66,9 @@ has an output register, so these register-to-register paths should be faster the
 longest may differ, and nothing here was placed on a Stratix III. `make quartus` measures it where
 Quartus II 13.1 is installed; `make synth TOPS=asip_fast` measures the present commit on ECP5.
 """
+PATHS = """\
+The path that sets the clock of each core at the first seed, by the names of its registers. Another
+seed may have another one of nearly the same length."""
 
 
 class PointError(ValueError):
@@ -187,12 +190,33 @@ def page(points: Sequence[Mapping]) -> str:
     return "\n".join(lines) + "\n" + TAIL.format(best=f"`{best}`")
 
 
+def paths(document: Mapping) -> str:
+    """Section of the page on the longest path of each core, from docs/data/synthesis.json."""
+    rows = [
+        [
+            f"`{name}`",
+            f"`{path['from']}`",
+            f"`{path['to']}`",
+            f"{path['ns']}",
+            f"{path['wires_ns']}",
+        ]
+        for name, top in document["tops"].items()
+        if (path := top.get("longest_path"))
+    ]
+    if not rows:
+        return ""
+    head = ["core", "from", "to", "time [ns]", "of it wires [ns]"]
+    lines = ["", "## Longest paths", "", PATHS, "", *table(head, rows)]
+    return "\n".join(lines) + "\n"
+
+
 def add(points: list[dict], point: dict) -> None:
     """Put a point in, in place of an older one of the same commit and configuration."""
     key = ("commit", "configuration")
     points[:] = [p for p in points if any(p[k] != point[k] for k in key)] + [point]
 
 
+@command("scripts/speed_points.py")
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 done, 1 page out of date or a tool failed, 2 usage."""
     parser = script_parser(__doc__, "python scripts/speed_points.py --add HEAD --seeds 1 2 3")
@@ -218,7 +242,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         write_text(DATA, json.dumps(points, indent=2) + "\n")
     names = PAGE.relative_to(ROOT), DATA.relative_to(ROOT)
     stale = f"error: {names[0]} differs from {names[1]}; help: {COMMAND}"
-    return keep_page(PAGE, page(points), options.check, stale, sys.stderr)
+    text = page(points) + paths(json.loads(FIGURES.read_text(encoding="utf-8")))
+    return keep_page(PAGE, text, options.check, stale, sys.stderr)
 
 
 if __name__ == "__main__":

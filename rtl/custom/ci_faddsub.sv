@@ -21,9 +21,10 @@ module ci_faddsub (
   // ---- s1: align the operand with the smaller exponent; equal exponents need no shift ----
   // A subnormal number has exponent 0 and twice its significand, so that the exponents need no fixing.
   logic a_normal, b_normal, b_above, a_larger, swap;
-  logic [7:0] exp_a, exp_b, b_minus_a, distance;
+  logic [7:0] exp_a, exp_b, distance;
   logic [8:0] a_minus_b;  // S(8.0)
-  logic [23:0] sig_a, sig_b, moved;  // U(1.23)
+  logic [23:0] sig_a, sig_b;  // U(1.23)
+  logic [24:0] moved;  // U(1.24)
   assign exp_a     = dataa_i[30:23];
   assign exp_b     = datab_i[30:23];
   assign a_normal  = |exp_a;
@@ -31,10 +32,10 @@ module ci_faddsub (
   assign sig_a     = a_normal ? {1'b1, dataa_i[22:0]} : {dataa_i[22:0], 1'b0};
   assign sig_b     = b_normal ? {1'b1, datab_i[22:0]} : {datab_i[22:0], 1'b0};
   assign a_minus_b = {1'b0, exp_a} - {1'b0, exp_b};
-  assign b_minus_a = exp_b - exp_a;
+  // If b is above, the complement is one less than the distance: sig_a has moved by that one.
   assign b_above   = a_minus_b[8];
-  assign distance  = b_above ? b_minus_a : a_minus_b[7:0];
-  assign moved     = b_above ? sig_a : sig_b;
+  assign distance  = a_minus_b[7:0] ^ {8{b_above}};
+  assign moved     = b_above ? {1'b0, sig_a} : {sig_b, 1'b0};
   assign a_larger  = dataa_i[30:0] >= datab_i[30:0];
   // At equal exponents the larger significand goes first, so that no difference is negative.
   assign swap      = !a_larger && !b_above;
@@ -48,7 +49,7 @@ module ci_faddsub (
       .AmountWidth(5),
       .WidestFirst(1'b0)
   ) u_align (
-      .value_i ({moved, 8'd0}),
+      .value_i ({moved, 7'd0}),
       .amount_i(distance[4:0]),
       .value_o (aligned),
       .sticky_o(lost)
@@ -104,12 +105,12 @@ module ci_faddsub (
 
   logic [27:0] coarse_s2_q;
   logic [1:0] zeros_s2_q;
-  logic [8:0] exp_s2_q;  // U(9.0), biased
+  logic [8:0] exp_s2_q;  // U(9.0), biased, before the shift by ones
   logic sign_s2_q, nan_s2_q, inf_s2_q, zero_s2_q;
   always_ff @(posedge clk_i) begin
     coarse_s2_q <= coarse;
     zeros_s2_q  <= zeros[1:0];
-    exp_s2_q    <= {1'b0, exp_s1_q} + 9'd1 - {4'd0, zeros};
+    exp_s2_q    <= {1'b0, exp_s1_q} + 9'd1 - {4'd0, zeros[4:2], 2'd0};
     // Exact cancellation gives +0.
     sign_s2_q   <= sign_s1_q && !(zero && subtract_s1_q && !inf_s1_q);
     nan_s2_q    <= nan_s1_q;
@@ -124,7 +125,7 @@ module ci_faddsub (
   assign sig = coarse_s2_q << zeros_s2_q;
   fp_round u_round (
       .sign_i  (sign_s2_q),
-      .exp_i   (exp_s2_q),
+      .exp_i   (exp_s2_q - {7'd0, zeros_s2_q}),
       .sig_i   (sig[27:4]),
       .guard_i (sig[3]),
       .round_i (sig[2]),

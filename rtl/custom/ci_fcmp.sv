@@ -21,11 +21,11 @@ module ci_fcmp (
   localparam logic [3:0] Max = ci_pkg::FPGA2_N_FMAX[3:0];
   localparam logic [3:0] Min = ci_pkg::FPGA2_N_FMIN[3:0];
 
-  logic below, less, equal, a_nan, b_nan, ordered, truth, take_b;
+  logic unused_below, less, equal, a_nan, b_nan, ordered, truth, take_b;
   ci_order u_order (
       .a_i    (dataa_i),
       .b_i    (datab_i),
-      .below_o(below),
+      .below_o(unused_below),
       .less_o (less),
       .equal_o(equal)
   );
@@ -45,14 +45,24 @@ module ci_fcmp (
     endcase
   end
 
-  assign take_b = a_nan || (!b_nan && (below == (n_i == Max)));
+  // A minimum or maximum of equal operands is either, so that it needs no comparison for equality.
+  // `early` needs none at all.
+  logic extreme, number, take_a, smaller, a_first;
+  logic [31:0] early;
+  assign extreme = n_i == Max || n_i == Min;
+  assign number  = extreme && !(a_nan && b_nan);
+  assign smaller = dataa_i[30:0] < datab_i[30:0];
+  assign a_first = dataa_i[31] != datab_i[31] ? dataa_i[31] : smaller != dataa_i[31];
+  assign take_b  = number && (a_nan || (!b_nan && (a_first == (n_i == Max))));
+  assign take_a  = number && !a_nan && (b_nan || (a_first != (n_i == Max)));
   always_comb begin
     case (n_i)
-      Abs:      result_o = {1'b0, dataa_i[30:0]};
-      Neg:      result_o = {!dataa_i[31], dataa_i[30:0]};
-      Max, Min: result_o = (a_nan && b_nan) ? fp_pkg::CANON_NAN : take_b ? datab_i : dataa_i;
-      default:  result_o = {31'd0, truth};
+      Abs:      early = {1'b0, dataa_i[30:0]};
+      Neg:      early = {!dataa_i[31], dataa_i[30:0]};
+      Max, Min: early = (a_nan && b_nan) ? fp_pkg::CANON_NAN : 32'd0;
+      default:  early = 32'd0;
     endcase
+    result_o = early | ({32{take_a}} & dataa_i) | ({32{take_b}} & datab_i) | {31'd0, truth};
   end
 
 endmodule

@@ -3,7 +3,7 @@
 // Contract: fixed latency, ci_pkg::FPGA2_FMUL_CYCLES cycles: two register ranks run freely on the
 // operands, which the CPU holds, and the third stage ends in the CPU. The result stands from then
 // on, however long clk_en stalls. IEEE 754: to nearest even, subnormal numbers, canonical NaN; no
-// flags. Stages: s1 product and shift amount | s2 shift | s3 round, pack.
+// flags. Stages: s1 product, exponent, zeros | s2 shift | s3 round, pack.
 module ci_fmul (
     input  logic        clk_i,
     input  logic        reset_i,
@@ -17,11 +17,11 @@ module ci_fmul (
   logic unused_control;
   assign unused_control = reset_i || clk_en_i || start_i;
 
-  // ---- s1: product U(2.46) and the shift that brings it to its final exponent ----
+  // ---- s1: product U(2.46) and what decides the shift to its final exponent ----
   // A subnormal operand enters without hidden bit. {product, 10 zeros} >> shift leaves U(2.25), and
   // 31 keeps the place; less restores the zeros that a subnormal operand brought, as far as the
   // exponent has room; more denormalises; from 58 on only the sticky bit is left.
-  logic a_normal, b_normal, denormal, far, unused_empty;
+  logic a_normal, b_normal, unused_empty;
   logic [23:0] sig_a, sig_b, sig_small, stop;
   logic [9:0] exp;  // S(10.0): biased exponent of the product, minus one
   logic [4:0] zeros;
@@ -42,9 +42,6 @@ module ci_fmul (
       .count_o(zeros),
       .zero_o (unused_empty)
   );
-  assign denormal = exp[9];
-  assign far      = !(&exp[8:5]);
-
   logic [47:0] outer, outer_s1_q;  // product = outer + (cross_low + cross_high) * 2^17
   logic [23:0] cross_low, cross_high, cross_low_s1_q, cross_high_s1_q;
   fp_product u_multiply (
@@ -55,15 +52,15 @@ module ci_fmul (
       .cross_high_o(cross_high)
   );
 
-  logic [5:0] shift_s1_q;
-  logic [8:0] exp_s1_q;  // U(9.0), before zeros are restored, 0 if denormalised
+  logic [4:0] zeros_s1_q;
+  logic [9:0] exp_s1_q;  // S(10.0), before zeros are restored; negative: denormalised
   logic sign_s1_q, nan_s1_q, inf_s1_q, zero_s1_q;
   always_ff @(posedge clk_i) begin
     outer_s1_q      <= outer;
     cross_low_s1_q  <= cross_low;
     cross_high_s1_q <= cross_high;
-    shift_s1_q <= denormal ? {1'b1, ~exp[4:0] | {5{far}}} : {1'b0, ~zeros};
-    exp_s1_q   <= exp[8:0] & {9{!denormal}};
+    zeros_s1_q <= zeros;
+    exp_s1_q   <= exp;
     sign_s1_q  <= dataa_i[31] ^ datab_i[31];
     nan_s1_q   <= fp_pkg::is_nan(dataa_i) || fp_pkg::is_nan(datab_i)
                || (fp_pkg::is_inf(dataa_i) && fp_pkg::is_zero(datab_i))
@@ -76,8 +73,9 @@ module ci_fmul (
   logic [47:0] product;  // U(2.46)
   logic [30:0] unused_shifted;  // zeros, since the product is below 4 after the shift
   logic [26:0] shifted;  // U(2.25)
-  logic lost, high;
-  logic [8:0] exp_low;  // U(9.0), biased, if the product is below two
+  logic lost, high, denormal, far;
+  logic [5:0] shift;
+  logic [8:0] exp_low, exp_high;  // U(9.0), biased, if the product is below two, and if it is not
   // Carry-save, so that one carry chain is left.
   logic [30:0] partial;  // in units of 2^17
   logic [23:0] carries;
@@ -85,17 +83,21 @@ module ci_fmul (
   assign carries = (outer_s1_q[40:17] & (cross_low_s1_q | cross_high_s1_q))
                  | (cross_low_s1_q & cross_high_s1_q);
   assign product = {partial + {6'd0, carries, 1'b0}, outer_s1_q[16:0]};
+  assign denormal = exp_s1_q[9];
+  assign far      = !(&exp_s1_q[8:5]);
+  assign shift    = denormal ? {1'b1, ~exp_s1_q[4:0] | {5{far}}} : {1'b0, ~zeros_s1_q};
   fp_shift_right #(
       .Width(58),
       .AmountWidth(6)
   ) u_normalise (
       .value_i ({product, 10'd0}),
-      .amount_i(shift_s1_q),
+      .amount_i(shift),
       .value_o ({unused_shifted, shifted}),
       .sticky_o(lost)
   );
-  assign high    = shifted[26];
-  assign exp_low = exp_s1_q + 9'd1 - {4'd0, ~shift_s1_q[4:0] & {5{!shift_s1_q[5]}}};
+  assign high     = shifted[26];
+  assign exp_low  = denormal ? 9'd1 : exp_s1_q[8:0] + 9'd1 - {4'd0, zeros_s1_q};
+  assign exp_high = denormal ? 9'd2 : exp_s1_q[8:0] + 9'd2 - {4'd0, zeros_s1_q};
 
   logic [25:0] sig_s2_q;  // U(1.25)
   logic sticky_s2_q;
@@ -104,7 +106,7 @@ module ci_fmul (
   always_ff @(posedge clk_i) begin
     sig_s2_q    <= high ? shifted[26:1] : shifted[25:0];
     sticky_s2_q <= lost || (high && shifted[0]);
-    exp_s2_q    <= exp_low + {8'd0, high};
+    exp_s2_q    <= high ? exp_high : exp_low;
     sign_s2_q   <= sign_s1_q;
     nan_s2_q    <= nan_s1_q;
     inf_s2_q    <= inf_s1_q;

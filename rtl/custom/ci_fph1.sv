@@ -26,7 +26,7 @@ module ci_fph1 (
   endfunction
 
   // ---- control: cycles that are left after this one ----
-  logic rst_n;
+  logic rst_n, last_q;  // last_q: left_q is 1
   logic [5:0] left_q, cycles;
   assign rst_n = !reset_i;
   always_comb begin
@@ -39,12 +39,14 @@ module ci_fph1 (
   always_ff @(posedge clk_i or negedge rst_n) begin
     if (!rst_n) begin
       left_q <= 6'd0;
+      last_q <= 1'b0;
     end else if (clk_en_i) begin
       if (start_i) left_q <= cycles - 6'd1;
       else if (left_q != 6'd0) left_q <= left_q - 6'd1;
+      last_q <= !start_i && left_q == 6'd2;
     end
   end
-  assign done_o = !start_i && left_q == 6'd1;
+  assign done_o = !start_i && last_q;
 
   logic [1:0] n_q;
   logic [31:0] a_q, b_q;
@@ -92,18 +94,27 @@ module ci_fph1 (
       .result_o(quotient),
       .flags_o (unused_div_flags)
   );
-  assign result_o = flushed(n_q == Mul ? product : n_q == Div ? quotient : sum);
+  // Of the unit that n_q names the sign, and the rest unless that is subnormal, decided a cycle ahead.
+  logic [2:0] mine, mine_q, normal_q;
+  assign mine = {n_q == Div, n_q == Mul, n_q != Div && n_q != Mul};
+  always_ff @(posedge clk_i) begin
+    mine_q   <= mine;
+    normal_q <= mine & {|quotient[30:23], |product[30:23], |sum[30:23]};
+  end
+  assign result_o[31]   = |(mine_q & {quotient[31], product[31], sum[31]});
+  assign result_o[30:0] = ({31{normal_q[2]}} & quotient[30:0]) |
+                          ({31{normal_q[1]}} & product[30:0]) | ({31{normal_q[0]}} & sum[30:0]);
 
 `ifndef SYNTHESIS
-  // Operand register, unit, selection must fit in the cycles promised.
+  // Operand register, unit, register of the selection must fit in the cycles promised.
   generate
-    if (fp_pkg::FP_MUL_LATENCY + 2 > ci_pkg::FPGA1_FPH1_FMUL_CYCLES) begin : gen_mul_check
+    if (fp_pkg::FP_MUL_LATENCY + 3 > ci_pkg::FPGA1_FPH1_FMUL_CYCLES) begin : gen_mul_check
       $error("ci_fph1: fp_mul is slower than ci_pkg::FPGA1_FPH1_FMUL_CYCLES allow");
     end
-    if (fp_pkg::FP_ADD_LATENCY + 2 > ci_pkg::FPGA1_FPH1_FADD_CYCLES) begin : gen_add_check
+    if (fp_pkg::FP_ADD_LATENCY + 3 > ci_pkg::FPGA1_FPH1_FADD_CYCLES) begin : gen_add_check
       $error("ci_fph1: fp_add is slower than ci_pkg::FPGA1_FPH1_FADD_CYCLES allow");
     end
-    if (fp_pkg::FP_DIVSQRT_LATENCY + 2 > ci_pkg::FPGA1_FPH1_FDIV_CYCLES) begin : gen_div_check
+    if (fp_pkg::FP_DIVSQRT_LATENCY + 3 > ci_pkg::FPGA1_FPH1_FDIV_CYCLES) begin : gen_div_check
       $error("ci_fph1: fp_divsqrt is slower than ci_pkg::FPGA1_FPH1_FDIV_CYCLES allow");
     end
   endgenerate

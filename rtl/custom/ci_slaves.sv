@@ -159,57 +159,71 @@ module ci_slaves #(
           .result_o(fixed)
       );
 
-      // ---- cycles of the instruction, start cycle included ----
+      // ---- cycles of the instruction, start cycle included, and the unit whose result it takes ----
       logic [5:0] cycles;
+      logic [6:0] mine, mine_q;
       always_comb begin
-        cycles         = 6'd1;
-        multi_result_o = 32'd0;
+        cycles = 6'd1;
+        mine   = 7'd0;
         case (multi_n_i)
           ci_pkg::FPGA2_N_FADD, ci_pkg::FPGA2_N_FSUB: begin
-            cycles         = 6'(ci_pkg::FPGA2_FADD_CYCLES);
-            multi_result_o = sum;
+            cycles = 6'(ci_pkg::FPGA2_FADD_CYCLES);
+            mine[0] = 1'b1;
           end
           ci_pkg::FPGA2_N_FMUL: begin
-            cycles         = 6'(ci_pkg::FPGA2_FMUL_CYCLES);
-            multi_result_o = product;
+            cycles = 6'(ci_pkg::FPGA2_FMUL_CYCLES);
+            mine[1] = 1'b1;
           end
           ci_pkg::FPGA2_N_FDIV, ci_pkg::FPGA2_N_FSQRT: begin
-            cycles         = 6'(ci_pkg::FPGA2_FDIV_CYCLES);
-            multi_result_o = quotient;
+            cycles = 6'(ci_pkg::FPGA2_FDIV_CYCLES);
+            mine[2] = 1'b1;
           end
           ci_pkg::FPGA2_N_FSIN, ci_pkg::FPGA2_N_FCOS: begin
-            cycles         = 6'(ci_pkg::FPGA2_FSIN_CYCLES);
-            multi_result_o = wave;
+            cycles = 6'(ci_pkg::FPGA2_FSIN_CYCLES);
+            mine[3] = 1'b1;
           end
           ci_pkg::FPGA2_N_FSAT: begin
-            cycles         = 6'(ci_pkg::FPGA2_FSAT_CYCLES);
-            multi_result_o = limited;
+            cycles = 6'(ci_pkg::FPGA2_FSAT_CYCLES);
+            mine[4] = 1'b1;
           end
           ci_pkg::FPGA2_N_FLOATIS: begin
-            cycles         = 6'(ci_pkg::FPGA2_FLOATIS_CYCLES);
-            multi_result_o = floated;
+            cycles = 6'(ci_pkg::FPGA2_FLOATIS_CYCLES);
+            mine[5] = 1'b1;
           end
           ci_pkg::FPGA2_N_FIXSI: begin
-            cycles         = 6'(ci_pkg::FPGA2_FIXSI_CYCLES);
-            multi_result_o = fixed;
+            cycles = 6'(ci_pkg::FPGA2_FIXSI_CYCLES);
+            mine[6] = 1'b1;
           end
           default: ;
         endcase
       end
 
-      // Cycles that are left, this one included; 0 when idle.
-      logic rst_n;
+      // left_q: cycles that are left, this one included; 0 when idle. last_q: one is left. Nothing
+      // decodes a number on the way of a result, since none comes in the start cycle.
+      logic rst_n, last_q;
       logic [5:0] left_q;
       assign rst_n = !multi_reset_i;
       always_ff @(posedge multi_clk_i or negedge rst_n) begin
         if (!rst_n) begin
           left_q <= 6'd0;
+          last_q <= 1'b0;
+          mine_q <= 7'd0;
         end else if (multi_clk_en_i) begin
           if (multi_start_i) left_q <= cycles - 6'd1;
           else if (left_q != 6'd0) left_q <= left_q - 6'd1;
+          last_q <= (multi_start_i ? cycles : left_q) == 6'd2;
+          if (multi_start_i) mine_q <= mine;
+          else if (last_q) mine_q <= 7'd0;
         end
       end
-      assign multi_done_o = multi_start_i ? cycles == 6'd1 : left_q == 6'd1;
+      assign multi_done_o   = multi_start_i ? cycles == 6'd1 : last_q;
+      assign multi_result_o = ({32{mine_q[0]}} & sum) |
+                         ({32{mine_q[1]}} & product) |
+                         ({32{mine_q[2]}} & quotient) |
+                         ({32{mine_q[3]}} & wave) |
+                         ({32{mine_q[4]}} & limited) |
+                         ({32{mine_q[5]}} & floated) |
+                         ({32{mine_q[6]}} & fixed);
 
     end
   endgenerate

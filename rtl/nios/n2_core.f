@@ -6,6 +6,7 @@ rtl/nios/n2_mul.sv
 rtl/nios/n2_div.sv
 rtl/nios/n2_regfile.sv
 rtl/nios/n2_decode.sv
+rtl/nios/n2_region.sv
 rtl/nios/n2_lsu.sv
 rtl/nios/n2_control.sv
 rtl/nios/n2_fetch.sv

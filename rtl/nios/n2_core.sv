@@ -148,7 +148,7 @@ module n2_core #(
   // ---------------------------------------------------------------- A
   logic debug_a_q;  // an instruction of the debugger
   logic valid_a_q, write_a_q, fault_a_q, ci_a_q, started_a_q;
-  logic load_a_q, mul_a_q, mul_high_a_q, div_a_q;
+  logic load_a_q, mul_low_a_q, mul_high_a_q, div_a_q;
   logic [4:0] dst_a_q;
   logic [31:0] early_a_q, a_a_q, b_a_q, result_a, load_a, quotient_a;
   logic [31:6] word_a_q;
@@ -233,7 +233,7 @@ module n2_core #(
 
   // Youngest producer of each operand: E, M, A, else the register file. r0 has no producer.
   logic a_in_e, a_in_m, a_in_a, b_in_e, b_in_m, b_in_a;
-  logic [31:0] a_older_d, b_older_d;
+  logic a_from_a, b_from_a, a_from_file, b_from_file, b_register;
   assign a_in_e = write_e_q && dst_e_q == word_d[31:27];
   assign a_in_m = write_m_q && dst_m_q == word_d[31:27];
   assign a_in_a = write_a_q && dst_a_q == word_d[31:27];
@@ -255,18 +255,18 @@ module n2_core #(
       default:            immediate_d = 32'd0;
     endcase
 
-    if (a_in_m) a_older_d = result_m_q;
-    else if (a_in_a) a_older_d = result_a;
-    else if (word_d[31:27] == 5'd0) a_older_d = 32'd0;
-    else a_older_d = read_a_d;
-    a_d = a_in_e ? result_e : a_older_d;
+    b_register = decoded_d.immediate == n2_pkg::ImRegister;
+    a_from_a = a_in_a && !a_in_m && !a_in_e;
+    b_from_a = b_in_a && !b_in_m && !b_in_e && b_register;
+    a_from_file = !a_in_e && !a_in_m && !a_in_a && word_d[31:27] != 5'd0;
+    b_from_file = !b_in_e && !b_in_m && !b_in_a && word_d[26:22] != 5'd0 && b_register;
 
-    if (decoded_d.immediate != n2_pkg::ImRegister) b_older_d = immediate_d;
-    else if (b_in_m) b_older_d = result_m_q;
-    else if (b_in_a) b_older_d = result_a;
-    else if (word_d[26:22] == 5'd0) b_older_d = 32'd0;
-    else b_older_d = read_b_d;
-    b_d = b_in_e && decoded_d.immediate == n2_pkg::ImRegister ? result_e : b_older_d;
+    // The results of E and A come last, so that one gate follows them.
+    a_d = ({32{a_in_e}} & result_e) | ({32{a_from_a}} & result_a) |
+          ({32{a_in_m && !a_in_e}} & result_m_q) | ({32{a_from_file}} & read_a_d);
+    b_d = ({32{b_in_e && b_register}} & result_e) | ({32{b_from_a}} & result_a) |
+          ({32{b_in_m && !b_in_e && b_register}} & result_m_q) | ({32{b_from_file}} & read_b_d) |
+          immediate_d;
   end
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
@@ -316,9 +316,10 @@ module n2_core #(
       n2_pkg::RsLogic:   other_result_e = logic_e;
       n2_pkg::RsCompare: other_result_e = {31'd0, condition_e};
       n2_pkg::RsNext:    other_result_e = next_address_e;
-      default:           other_result_e = ci_combo_result_i;
+      default:           other_result_e = 32'd0;
     endcase
-    result_e = decoded_e_q.result == n2_pkg::RsAdd ? sum_e : other_result_e;
+    result_e = ({32{decoded_e_q.result == n2_pkg::RsAdd}} & sum_e) |
+               ({32{decoded_e_q.result == n2_pkg::RsCustom}} & ci_combo_result_i) | other_result_e;
   end
 
   assign ci_combo_dataa_o    = a_e_q;
@@ -493,6 +494,9 @@ module n2_core #(
   assign debug_ctl_m  = debug.halted && word_m_q[10:6] == n2_pkg::CTL_DEBUG;
   assign debug_data_m = debug_ctl_m ? debug.data : 32'd0;
 
+  logic load_m;
+  assign load_m = decoded_m_q.load && !fault_m_q;
+
   generate
     if (Debug != 0) begin : gen_debug
       always_ff @(posedge clk_i or negedge rst_ni) begin
@@ -546,10 +550,12 @@ module n2_core #(
   always_ff @(posedge clk_i) begin
     if (en) begin
       dst_a_q      <= dst_m_q;
-      early_a_q    <= decoded_m_q.rdctl ? control_m | debug_data_m : decoded_m_q.shift ? shift_m : result_m_q;
-      load_a_q     <= decoded_m_q.load && !fault_m_q;
-      mul_a_q      <= decoded_m_q.mul;
-      mul_high_a_q <= decoded_m_q.mul_high;
+      if (load_m || decoded_m_q.mul || div_m_q || ci_m_q) early_a_q <= 32'd0;
+      else if (decoded_m_q.rdctl) early_a_q <= control_m | debug_data_m;
+      else early_a_q <= decoded_m_q.shift ? shift_m : result_m_q;
+      load_a_q     <= load_m;
+      mul_low_a_q  <= decoded_m_q.mul && !decoded_m_q.mul_high;
+      mul_high_a_q <= decoded_m_q.mul && decoded_m_q.mul_high;
       div_a_q      <= div_m_q;
       a_a_q        <= a_m_q;
       b_a_q        <= b_m_q;
@@ -559,11 +565,10 @@ module n2_core #(
 
   // ---------------------------------------------------------------- A: late results
   always_comb begin
-    if (ci_a_q) result_a = ci_multi_result_i;
-    else if (load_a_q) result_a = load_a;
-    else if (mul_a_q) result_a = mul_high_a_q ? product_a[63:32] : product_a[31:0];
-    else if (div_a_q) result_a = quotient_a;
-    else result_a = early_a_q;
+    // early_a_q is 0 if one of the others is the result.
+    result_a = ({32{ci_a_q}} & ci_multi_result_i) | ({32{load_a_q}} & load_a) |
+               ({32{mul_low_a_q}} & product_a[31:0]) | ({32{mul_high_a_q}} & product_a[63:32]) |
+               ({32{div_a_q}} & quotient_a) | early_a_q;
   end
 
   assign ci_multi_clk_en_o  = !(lsu_wait_a || div_wait_a);

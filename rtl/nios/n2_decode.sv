@@ -207,9 +207,9 @@ module n2_decode #(
     d.dst   = dst;
     d.write = write && dst != 5'd0;
 
-    if (break_i || interrupt_i || !legal || unimplemented || (absolute_o && target_outside_i) ||
-        (op == n2_isa_pkg::OP_R &&
-         (opx == n2_isa_pkg::OPX_TRAP || opx == n2_isa_pkg::OPX_BREAK))) begin
+    // An instruction that is a fault by itself has none of these effects, so that they need not wait
+    // until that is known.
+    if (break_i || interrupt_i || unimplemented) begin
       d.read_a = 1'b0;
       d.read_b = 1'b0;
       d.late   = 1'b0;
@@ -225,6 +225,11 @@ module n2_decode #(
       d.flush  = 1'b0;
       d.rdctl  = 1'b0;
       d.wrctl  = 1'b0;
+    end
+
+    if (break_i || interrupt_i || !legal || unimplemented || (absolute_o && target_outside_i) ||
+        (op == n2_isa_pkg::OP_R &&
+         (opx == n2_isa_pkg::OPX_TRAP || opx == n2_isa_pkg::OPX_BREAK))) begin
       d.result = n2_pkg::RsNext;
       d.fault  = 1'b1;
       d.write  = 1'b1;

@@ -22,16 +22,23 @@ module n2_div (
   logic complement_q, negative_q, opposite_q;
   logic [31:0] quotient, remainder, difference;
   logic fits, unused;  // fits: the divisor goes in
-  logic iterate, negate;
+  logic iterate, negate, busy_q;
 
-  assign busy_o = step_q != 5'd0;
+  assign busy_o = busy_q;
   assign iterate = step_q[4:1] != 4'd0 && step_q != SignStep;
   assign negate = (step_q == SignStep && negative_q) || (step_q == 5'd1 && opposite_q);
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
-    if (!rst_ni) step_q <= 5'd0;
-    else if (start_i) step_q <= SignStep;
-    else if (busy_o) step_q <= step_q - 5'd1;
+    if (!rst_ni) begin
+      step_q <= 5'd0;
+      busy_q <= 1'b0;
+    end else if (start_i) begin
+      step_q <= SignStep;
+      busy_q <= 1'b1;
+    end else if (busy_q) begin
+      step_q <= step_q - 5'd1;
+      busy_q <= step_q != 5'd1;
+    end
   end
 
   always_comb begin

@@ -30,7 +30,7 @@ module n2_fetch #(
     // from the decoder, about the word in D
     input  logic                    branch_d_i,
     input  logic                    direct_d_i,
-    input  logic                    absolute_d_i,
+    input  logic                    absolute_d_i,    // with direct_d_i
     // to D
     output logic                    valid_d_o,
     output logic [31:0]             word_d_o,
@@ -42,8 +42,8 @@ module n2_fetch #(
     output logic                    outside_d_o      // target of a call or jmpi
 );
 
-  logic [AddressWidth-1:0] pc_f_q, next_f, next_d_q, target_d, next_pc, relative_d;
-  logic valid_f_q, valid_d_q, take_f, take_d;
+  logic [AddressWidth-1:0] pc_f_q, next_f, next_d_q, target_d, next_pc, relative_d, absolute_d;
+  logic valid_f_q, valid_d_q, take_f, take_d, older, relative, absolute, sequential;
   logic [31:0] word_d_q;
   logic [TableBits-1:0] index_d_q;
   logic [1:0] counter_f_q, counter_d_q;
@@ -54,16 +54,21 @@ module n2_fetch #(
   assign outside_d_o = (word_d_q[31:6] >> AddressWidth) != RegionBits;
 
   assign next_f     = pc_f_q + 1'b1;
-  assign relative_d = AddressWidth'($signed(word_d_q[21:8]));
-  assign target_d   = absolute_d_i ? word_d_q[6+:AddressWidth] : next_d_q + relative_d;
+  assign relative_d = next_d_q + AddressWidth'($signed(word_d_q[21:8]));
+  assign absolute_d = word_d_q[6+:AddressWidth];
+  assign target_d   = absolute_d_i ? absolute_d : relative_d;
   assign taken_d_o  = direct_d_i || (branch_d_i && counter_d_q[1]);
   assign other_d_o  = counter_d_q[1] ? next_d_q : target_d;
 
   always_comb begin
-    if (redirect_m_i) next_pc = target_m_i;
-    else if (jump_e_i) next_pc = target_e_i;
-    else if (valid_d_q && taken_d_o) next_pc = target_d;
-    else next_pc = next_f;
+    older      = redirect_m_i || jump_e_i;
+    relative   = valid_d_q && taken_d_o && !absolute_d_i && !older;
+    absolute   = valid_d_q && absolute_d_i && !older;
+    sequential = !(valid_d_q && taken_d_o) && !older;
+    // The sum comes last, so that one gate follows it.
+    next_pc = ({AddressWidth{relative}} & relative_d) | ({AddressWidth{sequential}} & next_f) |
+              ({AddressWidth{absolute}} & absolute_d) | ({AddressWidth{redirect_m_i}} & target_m_i) |
+              ({AddressWidth{jump_e_i && !redirect_m_i}} & target_e_i);
   end
 
   assign take_d = en_i && (!hold_i || redirect_m_i || jump_e_i);

@@ -65,8 +65,22 @@ module n2_lsu #(
 
   // Stage E.
   assign address = base_e_i + {{16{offset_e_i[15]}}, offset_e_i};
-  assign in_itcm = address[31:ItcmBits] == ItcmBase[31:ItcmBits];
-  assign in_dtcm = address[31:DtcmBits] == DtcmBase[31:DtcmBits];
+  n2_region #(
+      .Base(ItcmBase),
+      .Bits(ItcmBits)
+  ) u_in_itcm (
+      .base_i  (base_e_i),
+      .offset_i(offset_e_i),
+      .inside_o(in_itcm)
+  );
+  n2_region #(
+      .Base(DtcmBase),
+      .Bits(DtcmBits)
+  ) u_in_dtcm (
+      .base_i  (base_e_i),
+      .offset_i(offset_e_i),
+      .inside_o(in_dtcm)
+  );
   assign misaligned_e_o = (load_e_i || store_e_i) &&
                           ((size_e_i[0] && address[0]) || (size_e_i[1] && address[1:0] != 2'd0));
   assign word_e_o  = address[31:2];

@@ -11,6 +11,7 @@ rtl/nios/n2_regfile.sv
 rtl/nios/n2_alu.sv
 rtl/nios/n2_shift.sv
 rtl/nios/n2_mul.sv
+rtl/nios/n2_region.sv
 rtl/nios/n2_lsu.sv
 rtl/nios/n2_control.sv
 rtl/nios/n2_div.sv

@@ -28,6 +28,7 @@ from pathlib import Path
 
 import numpy as np
 
+from asip_asm.command import command
 from asip_asm.files import read_text, write_text
 from sim.gcode.interpreter import GcodeErrors, parse
 from sim.gcode.oracle_splines import Point
@@ -400,6 +401,7 @@ def compare_samples() -> Samples:
     return found
 
 
+@command("python -m sim.gcode.oracle")
 def main(argv: list[str] | None = None) -> int:
     """Run the command; returns its exit status."""
     parser = argparse.ArgumentParser(
@@ -428,9 +430,6 @@ def main(argv: list[str] | None = None) -> int:
             status = max(status, int(bool(found)))
     except (OracleError, GcodeErrors) as error:
         sys.stderr.write(f"{parser.prog}: error: {error}\n")
-        return 1
-    except OSError as error:
-        sys.stderr.write(f"{error.filename}: error: {error.strerror}\n")
         return 1
     return status
 

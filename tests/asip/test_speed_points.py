@@ -8,6 +8,7 @@ import json
 import pytest
 
 from scripts import speed_points
+from scripts.readme import longest
 
 
 def test_page__written_again__equal():
@@ -70,3 +71,17 @@ def test_figures_that_were_committed__or_what_to_run(tmp_path, monkeypatch) -> N
     kept.write_text(json.dumps({"tops": {"asip_small": record}}))
     got = speed_points.committed_figures("small")
     assert got == ("abc", figures | {"fmax_mhz": {"median of 5": 5.0}})
+
+
+def test_longest_path__names_its_registers_and_the_time_in_wires() -> None:
+    steps = [
+        "  0.40  0.40 clk-to-q dut.u_div.remainder_q_TRELLIS_FF_Q_2",
+        "  1.44  1.04 routing  dut.u_div.remainder_q[2]",
+        "  1.63  0.19 logic    dut.quotient_a_TRELLIS_FF_Q_DI_PFUMX_Z_BLUT_LUT4_Z",
+        "  2.14  0.51 routing  dut.quotient_a_TRELLIS_FF_Q_DI",
+    ]
+    path = longest(steps)
+    assert path == {"from": "u_div.remainder_q", "to": "quotient_a", "ns": 2.14, "wires_ns": 1.55}
+    text = speed_points.paths({"tops": {"n2_core": {"longest_path": path}, "old": {}}})
+    assert "| `n2_core` | `u_div.remainder_q` | `quotient_a` | 2.14 | 1.55 |" in text
+    assert "old" not in text and speed_points.paths({"tops": {"old": {}}}) == ""

@@ -7,6 +7,7 @@ import subprocess
 
 import pytest
 
+from scripts import clock_goals
 from sim.page import provenance
 from sim.robots import core_goals as module
 from sim.robots.__main__ import goal_text
@@ -73,6 +74,30 @@ def test_the_clock_target_is_no_property_of_the_core():
         "core fast, clock": 125,
         "core small, clock": 102,
     }
+
+
+def clocks(monkeypatch, producer, commit: str, mhz: float) -> dict[str, bool | None]:
+    """Verdict of each row of a producer of clock goals, all clocks being `mhz`."""
+    figures = FAST | {"commit": commit, "fmax_mhz": {"median": mhz, "runs": 5}}
+    tops = dict.fromkeys(("asip_fast", "fpga1", "fpga2"), figures)
+    monkeypatch.setattr(clock_goals, "synthesised", lambda: {"tops": tops})
+    return {goal.name: goal.met for goal in producer(True)}
+
+
+@pytest.mark.parametrize(
+    ("producer", "rows", "enough", "too_little"),
+    [(clock_goals.hardware, 4, 138.75, 138.7), (clock_goals.nios, 2, 100.0, 99.9)],
+)
+def test_clock_goals__figures_of_this_rtl_alone_are_met_or_missed(
+    same_rtl, monkeypatch, producer, rows, enough, too_little
+):
+    met = clocks(monkeypatch, producer, "abc", enough)
+    assert len(met) == rows and set(met.values()) == {True}
+    missed = clocks(monkeypatch, producer, "abc", too_little)
+    assert {name for name in missed if missed[name] is False} == {
+        name for name in missed if "clock" in name or "tick" in name
+    }
+    assert set(clocks(monkeypatch, producer, "old", enough).values()) == {None}
 
 
 def test_figures_of_another_core_or_none_are_not_met(same_rtl):

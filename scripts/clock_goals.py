@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Goals of clocks and ticks, from the last `make synth` (build/synth.json) or docs/data.
+
+Place and route of all seeds takes hours, so no run of the goals starts it. A figure of RTL that has
+changed since, or of too few seeds, counts as not measured.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Iterator
+from functools import partial
+
+from sim.goals import Goal, at_least, at_most, not_measured
+from sim.robots.core_goals import ROWS, Figure, figure
+from sim.robots.job import hand_written_cycles
+from sim.run.tables import synthesised
+
+TICK_US = 0.80
+SYSTEM_MHZ = 100
+SYSTEMS = {"fpga1": "FPGA1, whole system", "fpga2": "FPGA2, whole system"}
+
+
+def _row(top: str, found: Figure, goal: Callable[[float], Goal]) -> Goal:
+    """The goal, without a verdict where the figure does not count."""
+    if found.valid and found.value is not None:
+        return goal(found.value)
+    named = goal(found.value or 0)
+    return not_measured(
+        named.name, named.target, named.unit, f"make synth TOPS={top}; {found.note}"
+    )
+
+
+def hardware(full: bool) -> Iterator[Goal]:
+    """Tick of the optimised program and area of the core `fast`."""
+    document, top = synthesised(), "asip_fast"
+    clock = figure(document, top, "fmax_mhz")
+    cycles = hand_written_cycles()
+
+    def tick(mhz: float) -> Goal:
+        name = "optimised tick on ECP5-85-8, median of five seeds"
+        time = cycles / mhz if mhz else 0
+        return at_most(name, time, TICK_US, "us", f"{cycles} cycles at {mhz:g} MHz, {clock.note}")
+
+    yield _row(top, clock, tick)
+    for own, name, field, unit, target, meets in ROWS:
+        if own == top and meets is operator.le:
+            found = figure(document, top, field)
+            yield _row(top, found, partial(at_most, name, limit=target, unit=unit, note=found.note))
+
+
+def nios(full: bool) -> Iterator[Goal]:
+    """Clocks of the two whole systems."""
+    document = synthesised()
+    for top, name in SYSTEMS.items():
+        clock = figure(document, top, "fmax_mhz")
+        named = f"{name}: clock on ECP5-85-8, median of five seeds"
+        yield _row(
+            top, clock, partial(at_least, named, limit=SYSTEM_MHZ, unit="MHz", note=clock.note)
+        )
