@@ -77,8 +77,8 @@ def blend_gains(
 ) -> FloatArray:
     """Time (n,) of blends of a length and speed, less that of stops [s].
 
-    distance: from the corner to their ends. Two times count: `alone` with stops at the next corners,
-    and `alike` with the next corners passed in the same way. A blend that gains alone is taken.
+    distance: from the corner to their ends. Two times count: `alone`, with stops at the next ones,
+    and `alike`, with the next corners passed in the same way. A blend that gains alone is taken.
     """
     alike, alone = arc / speed, arc / speed
     for length, greatest, acceleration in lines:

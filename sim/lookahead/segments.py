@@ -64,7 +64,7 @@ class Segment:
 
     @property
     def rounding(self) -> float:
-        """Greatest distance of blends from the segment's ends [m]: P, less what joining has used."""
+        """Greatest distance of blends from its ends [m]: P, less what joining has used."""
         return min(self.tolerance, self.allowed - self.off)
 
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
