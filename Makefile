@@ -22,6 +22,7 @@ OVERRIDE ?=
 TOOLS ?=
 PLATFORMS ?=
 SCOPE ?=
+PROGRAMS ?=
 T ?=
 SEED ?= 1
 JOBS ?= 2
@@ -42,7 +43,7 @@ export PYTHONUTF8 := 1
 .PHONY: formal fp-case fp-bench fp-campaign fp-report
 .PHONY: robots side-by-side
 .PHONY: bus motion motion-size drive synth plain quartus upsets bitstream silicon
-.PHONY: nios-sw nios-toolchain nios-gdb nios-cycles qemu tools-for-tests rs274
+.PHONY: nios-sw nios-toolchain nios-gdb nios-bench nios-cycles qemu tools-for-tests rs274
 
 help: ## list targets and variables
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -105,6 +106,7 @@ gen: $(READY) ## regenerate packages, headers and reference pages from their sou
 	$(PY) scripts/gen_custom.py
 	$(PY) scripts/gen_n2_isa.py
 	$(PY) scripts/gen_robot_page.py
+	$(PY) scripts/gen_gcode_words.py
 	$(PY) scripts/gen_function_page.py
 	$(PY) scripts/gen_nios_system.py
 	$(PY) scripts/gen_core_files.py
@@ -117,6 +119,7 @@ gen-check: $(READY) ## refuse generated files that differ from their sources
 	@$(PY) scripts/gen_custom.py --check
 	@$(PY) scripts/gen_n2_isa.py --check
 	@$(PY) scripts/gen_robot_page.py --check
+	@$(PY) scripts/gen_gcode_words.py --check
 	@$(PY) scripts/gen_function_page.py --check
 	@$(PY) scripts/gen_nios_system.py --check
 	@$(PY) scripts/gen_core_files.py --check
@@ -183,6 +186,9 @@ nios-sw: $(READY) ## programs of the Nios II systems and their committed images,
 	@$(MAKE) --no-print-directory -C nios_sw all images
 	@exec $(PY) -m tests.model_compiler.law_image
 	@$(PY) scripts/own_c_page.py
+
+nios-bench: $(READY) ## Dhrystone and the law per MHz on FPGA1 and FPGA2, and the C programs of a folder (PROGRAMS=folder)
+	@exec $(PY) -m sim.nios_bench $(if $(PROGRAMS),"$(PROGRAMS)")
 
 nios-toolchain: ## cross compiler and GDB for Nios II from Debian's source packages (about 30 minutes, once)
 	@scripts/nios_toolchain.sh

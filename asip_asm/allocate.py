@@ -283,7 +283,10 @@ class _Spiller:
             return index
         address = len(self.program.data)
         if address >= self.machine.data_words:
-            raise AllocationError(f"no data word left to spill '{symbol.name}'")
+            raise AllocationError(
+                f"more values at once than the registers and the {self.machine.data_words} words "
+                f"of data memory hold: there is no word left for '{symbol.name}'"
+            )
         self.program.data.append(0)
         self.stored[symbol] = address
         store = Operation("st", a=symbol, imm=address, source=writer.source)

@@ -4,13 +4,19 @@
 from __future__ import annotations
 
 import argparse
+import errno
+import functools
 import math
 import os
 import sys
 from collections.abc import Callable
+from pathlib import Path
+from typing import ParamSpec
 
-from asip_asm.diagnostics import AssemblyError
+from asip_asm.diagnostics import AssemblyError, visible
+from asip_asm.project import BUILD, CHECKOUT, ROOT
 
+Arguments = ParamSpec("Arguments")
 INTERRUPTED = 130
 """Exit status after Ctrl-C, 128 + SIGINT as shells give it."""
 
@@ -33,6 +39,39 @@ def script_parser(text: str, example: str, prog: str | None = None) -> argparse.
     return argparse.ArgumentParser(prog, description=description, epilog=f"example: {example}")
 
 
+def command(name: str) -> Callable[[Callable[Arguments, int]], Callable[Arguments, int]]:
+    """Decorator of a command's main function, which then ends as `run_command` says."""
+
+    def decorated(main: Callable[Arguments, int]) -> Callable[Arguments, int]:
+        @functools.wraps(main)
+        def whole(*arguments: Arguments.args, **named: Arguments.kwargs) -> int:
+            return run_command(name, lambda: main(*arguments, **named))
+
+        return whole
+
+    return decorated
+
+
+def cause_of(error: OSError) -> str:
+    """One line: the file, what is wrong with it, and the cure for what cannot be written."""
+    where = f"{error.filename}: " if error.filename else ""
+    return f"{where}{error.strerror or error}{_cure(error)}"
+
+
+def _cure(error: OSError) -> str:
+    if error.errno not in (errno.EROFS, errno.EACCES) or not isinstance(error.filename, str | Path):
+        return ""
+    file = Path(error.filename).absolute()
+    there = next(folder for folder in (file, *file.parents) if folder.exists())
+    if os.access(there, os.W_OK):
+        return ""
+    if CHECKOUT and file.is_relative_to(ROOT):
+        return "; copy the checkout to a folder of your own, or make it writable"
+    if file.is_relative_to(BUILD):
+        return "; set XDG_CACHE_HOME to a folder that you can write"
+    return ""
+
+
 def run_command(name: str, body: Callable[[], int], *errors: type[Exception]) -> int:
     """Exit status of a command's body; 1 with one line for files that cannot be read or written and
     for these errors, whose `status` counts if they have one; 1 with the report of an AssemblyError.
@@ -49,8 +88,7 @@ def run_command(name: str, body: Callable[[], int], *errors: type[Exception]) ->
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         return 1
     except OSError as error:
-        where = f"{error.filename}: " if error.filename else ""
-        return _failed(name, f"{where}{error.strerror or error}")
+        return _failed(name, cause_of(error))
     except MemoryError:
         return _failed(name, "not enough memory")
     except KeyboardInterrupt:
@@ -71,7 +109,7 @@ def _status(name: str, body: Callable[[], int], errors: tuple[type[Exception], .
 
 
 def _failed(name: str, message: str) -> int:
-    print(f"{name}: error: {message}", file=sys.stderr)
+    print(visible(f"{name}: error: {message}"), file=sys.stderr)
     return 1
 
 

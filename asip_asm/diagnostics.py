@@ -12,6 +12,10 @@ from asip_asm.limits import ERRORS, ERRORS_SHOWN
 
 SHOWN_CHARACTERS = 160
 """Characters of a source line, and of a name, that a message shows."""
+_OBEYED = dict.fromkeys(
+    {*range(32), *range(127, 160), *range(0x202A, 0x202F), *range(0x2066, 0x206A)} - {ord("\n")},
+    "\N{REPLACEMENT CHARACTER}",
+)
 LINES_NAMED = 8
 """Further lines of one cause that a message names."""
 
@@ -66,7 +70,7 @@ class Diagnostic:
         if self.help:
             rows[-1] += f"  help: {self.help}"
         rows += [f"{' ' * len(number)} = in macro {name}" for name in line.expansions]
-        return "\n".join(rows)
+        return visible("\n".join(rows))
 
 
 class AssemblyError(Exception):
@@ -105,6 +109,11 @@ def _again(rest: list[Diagnostic]) -> str:
     lines = list(dict.fromkeys(lines))
     named = ", ".join(lines[:LINES_NAMED]) + (", ..." if len(lines) > LINES_NAMED else "")
     return f"\n      = the same {counted(len(rest), 'more time')}: {named}"
+
+
+def visible(text: str) -> str:
+    """The text without characters that a terminal obeys; each is one other character then."""
+    return text.translate(_OBEYED)
 
 
 def _window(text: str, column: int) -> tuple[str, int]:

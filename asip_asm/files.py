@@ -96,7 +96,8 @@ def replaced(path: Path) -> Iterator[Path]:
             raise OSError(error.errno, error.strerror or str(error), str(path)) from None
         raise
     finally:
-        new.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):  # of a file system that cannot be written
+            new.unlink(missing_ok=True)
 
 
 def write_text(path: Path, text: str) -> None:

@@ -19,6 +19,7 @@ _TOKEN = re.compile(
     r"|(?P<symbol>[-+*/()\[\]{}|,:=])"
 )
 _NUMBER = re.compile(r"0f[0-9A-Fa-f]{8}|0x[0-9A-Fa-f]+|[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?")
+_CONTROL = re.compile(r"[\x00-\x1f\x7f]")
 _EQUATION = re.compile(r"[;#]\s*\(([A-Z]?[0-9][0-9A-Za-z., -]*)\)")
 
 
@@ -78,6 +79,8 @@ def tokenize(line: Line) -> list[Token]:
                 f"malformed number '{shortened(text)}'",
                 "numbers are written 12, 0x1f, 1.5, 2e-3 or 0f3fc00000",
             )
+        if kind == "string" and (found := _CONTROL.search(text)):
+            raise SourceError(place, f"a string has no character {_shown(found[0])}")
         if kind != "space":
             tokens.append(Token(kind, unquoted(text) if kind == "string" else text, place))
         column = match.end()

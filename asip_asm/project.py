@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where the project's files stand: in a checkout, or in the packages that its wheel installs.
+"""Where the project's files are: in a checkout, or in the package that its wheel installs.
 
-ROOT holds `rtl` and `nios_sw`: the checkout, or the folder `microtick` beside the packages.
-PACKAGES holds `asip_asm` and `sim`. BUILD takes what is made and can be made again: `build` in a
-checkout, else a folder of the user's cache ($XDG_CACHE_HOME, ~/.cache).
+ROOT holds `asip_asm`, `sim`, `rtl` and `nios_sw`: the checkout, or the package `microtick`.
+BUILD takes what is made and can be made again: `build` in a checkout, else a folder of the user's
+cache ($XDG_CACHE_HOME, ~/.cache).
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ def _cache() -> Path:
     return named if named.is_absolute() else Path.home() / ".cache"
 
 
-PACKAGES = Path(__file__).resolve().parents[1]
-CHECKOUT = (PACKAGES / "pyproject.toml").is_file()
-ROOT = PACKAGES if CHECKOUT else PACKAGES / "microtick"
+ROOT = Path(__file__).resolve().parents[1]
+CHECKOUT = (ROOT / "pyproject.toml").is_file()
 BUILD = ROOT / "build" if CHECKOUT else _cache() / "microtick"

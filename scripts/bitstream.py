@@ -19,7 +19,7 @@ from typing import Any
 
 from rich.console import Console
 
-from asip_asm.command import script_parser
+from asip_asm.command import command, script_parser
 from asip_asm.files import write_text
 from scripts.synth_unit import (
     ECP5_CLASSES,
@@ -185,6 +185,7 @@ def build(board: Board, seeds: Sequence[int], console: Console) -> dict[str, Any
     return result
 
 
+@command("scripts/bitstream.py")
 def main(argv: list[str] | None = None) -> int:
     """Command line; exit 0 if every bitstream is there, 1 if timing is missed or a tool failed."""
     parser = script_parser(__doc__, "python -m scripts.bitstream ulx3s --seeds 1 2 3")

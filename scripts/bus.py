@@ -19,7 +19,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from asip_asm.command import script_parser
+from asip_asm.command import command, script_parser
 from asip_asm.project import BUILD, ROOT
 from scripts import bus_page
 from scripts.bus_rows import PRODUCERS, Order
@@ -45,6 +45,7 @@ def measure(
     return found
 
 
+@command("make bus")
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line."""
     parser = script_parser(

@@ -23,6 +23,7 @@ from sim.ethercat.tap import in_namespace
 from sim.goals import Goal, at_least, at_most, depth, not_measured
 from sim.harness.sources import sources_of
 from sim.model.parameters import Robot
+from tests.ethercat.stops import CAMPAIGN, campaign
 from tests.ethercat.test_cia402 import random_controlwords, transitions_one_by_one
 from tests.ethercat.test_frames import run_chains
 
@@ -32,6 +33,7 @@ MASTER_CYCLES = {False: 200, True: 100_000}
 PATH_TICKS = {False: 3_001, True: None}
 CHAINS = {False: 200, True: 100_000}
 CONTROLWORDS, PASSES = 100_000, 200
+STOPS = {False: 300, True: CAMPAIGN}
 CLOCK_CYCLES = 10_000
 PPM = (0.0, 100.0, -100.0)
 CABLE_PS = 500_000
@@ -252,6 +254,20 @@ def drives(order: Order, report: Report) -> Iterator[Goal]:
     yield at_least("CiA 402, transitions seen, of 16", len(seen), 16, "transitions")
 
 
+def stops(order: Order, report: Report) -> Iterator[Goal]:
+    """Stops at random, in any mode, by faults, commands and the end of the frames."""
+    count = STOPS[order.full]
+    report(f"{count} stops at random")
+    found = [stop for _, stop in campaign(1, count)]
+    name = "random stops in all modes and cycles"
+    yield depth(name, count, CAMPAIGN, "stops", FULL)
+    ratio = max(stop.ratio for stop in found)
+    about = "highest speed after a stop over the measured speed at it, noise aside"
+    yield at_most(about, round(ratio, 4), 1, "1")
+    about = "stops longer than v^2/2a, a tick and the lag of the law's loop"
+    yield at_most(about, sum(stop.too_far for stop in found), 0, "stops")
+
+
 def size(order: Order, report: Report) -> Iterator[Goal]:
     """Area, and in a full run the routed clock, on ECP5."""
     report("area on ECP5")
@@ -274,5 +290,6 @@ PRODUCERS: dict[str, Callable[[Order, Report], Iterator[Goal]]] = {
     "path": path,
     "drives": drives,
     "chains": chains,
+    "stops": stops,
     "size": size,
 }

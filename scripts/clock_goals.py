@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Goals of clocks and ticks, from the last `make synth`: build/synth.json, or docs/data/synthesis.json.
+"""Goals of clocks and ticks, from the last `make synth` (build/synth.json) or docs/data.
 
 Place and route of all seeds takes hours, so no run of the goals starts it. A figure of RTL that has
 changed since, or of too few seeds, counts as not measured.
@@ -26,7 +26,9 @@ def _row(top: str, found: Figure, goal: Callable[[float], Goal]) -> Goal:
     if found.valid and found.value is not None:
         return goal(found.value)
     named = goal(found.value or 0)
-    return not_measured(named.name, named.target, named.unit, f"make synth TOPS={top}; {found.note}")
+    return not_measured(
+        named.name, named.target, named.unit, f"make synth TOPS={top}; {found.note}"
+    )
 
 
 def hardware(full: bool) -> Iterator[Goal]:
@@ -44,9 +46,7 @@ def hardware(full: bool) -> Iterator[Goal]:
     for own, name, field, unit, target, meets in ROWS:
         if own == top and meets is operator.le:
             found = figure(document, top, field)
-            yield _row(
-                top, found, partial(at_most, name, limit=target, unit=unit, note=found.note)
-            )
+            yield _row(top, found, partial(at_most, name, limit=target, unit=unit, note=found.note))
 
 
 def nios(full: bool) -> Iterator[Goal]:

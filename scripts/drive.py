@@ -15,6 +15,7 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from asip_asm.command import command
 from asip_asm.files import write_text
 from asip_asm.project import BUILD, ROOT
 from scripts.generated import table
@@ -155,6 +156,7 @@ def page_text(page: str, results: dict[str, Any]) -> str:
     return between_marks(page, texts, PAGE.name)
 
 
+@command("make drive")
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line."""
     arguments = list(sys.argv[1:] if argv is None else argv)

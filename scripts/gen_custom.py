@@ -14,6 +14,7 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
+from asip_asm.command import command
 from scripts.custom_components import hardware_scripts
 from scripts.custom_header import C_TYPES, assembly_form, c_arguments, flags, header
 from scripts.generated import run, sv_int, sv_logic, table
@@ -106,6 +107,7 @@ def generate(source: Path = SOURCE) -> dict[str, str]:
     }
 
 
+@command("scripts/gen_custom.py")
 def main(arguments: list[str] | None = None) -> int:
     """Command line; exit 0 done or equal, 1 refused source or stale files, 2 usage."""
     purpose = "Generate package, C header, flags and page of the custom instructions."

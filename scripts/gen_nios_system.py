@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import sys
 
+from asip_asm.command import command
 from asip_asm.interface_text import c_struct, markdown
 from asip_asm.project import ROOT
 from asip_asm.regmap import NUMBER
@@ -208,6 +209,7 @@ def generate() -> dict[str, str]:
     }
 
 
+@command("scripts/gen_nios_system.py")
 def main(arguments: list[str] | None = None) -> int:
     purpose = "Generate what hardware and software of the Nios II systems share."
     return run(SCRIPT, purpose, generate, arguments)

@@ -12,6 +12,7 @@ from typing import TextIO
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 
+from asip_asm.command import run_command
 from asip_asm.files import write_text
 from asip_asm.regmap import BitField
 
@@ -139,9 +140,9 @@ def run(
         name, default, about = source
         parser.add_argument(name, dest="source", type=Path, default=default, help=about)
     options = parser.parse_args(arguments)
-    try:
+
+    def body() -> int:
         files = generate(options.source) if source else generate()
-    except (ValueError, OSError) as error:
-        print(error, file=sys.stderr)
-        return 1
-    return deliver(files, options.root, options.check, script)
+        return deliver(files, options.root, options.check, script)
+
+    return run_command(script, body, ValueError)

@@ -24,7 +24,7 @@ from dataclasses import dataclass, field
 from rich.console import Console
 from rich.table import Table
 
-from asip_asm.command import command_parser
+from asip_asm.command import command, command_parser
 from asip_asm.project import ROOT
 from sim.goals import Goal, as_json, missed, terminal_table, write_goals
 
@@ -55,7 +55,11 @@ AREAS: dict[str, Area] = {
     ),
     "hardware": Area(
         "RTL for other tools, cocotb tests, coverage, area and clock.",
-        {"other tools": "scripts.hardware_goals:rows", "clock": "scripts.clock_goals:hardware"},
+        {
+            "other tools": "scripts.hardware_goals:rows",
+            "plain Verilog": "scripts.plain_goals:rows",
+            "clock": "scripts.clock_goals:hardware",
+        },
     ),
     "motion": Area(
         "Motion front-end: planner, look-ahead, pulses, interpolators.",
@@ -153,6 +157,7 @@ def measure_area(name: str, words: Sequence[str], full: bool, console: Console) 
     return int(bool(names_missed))
 
 
+@command("make goals")
 def main(arguments: Sequence[str] | None = None) -> int:
     """Command line."""
     parser = command_parser("make goals", __doc__)

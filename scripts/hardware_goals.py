@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Goals of the RTL for other tools: our subset of SystemVerilog, and plain Verilog in Icarus."""
+"""Goals of the RTL for other tools: our subset of SystemVerilog, and the cocotb tests."""
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -12,7 +11,6 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from asip_asm.project import ROOT
-from scripts.plain_verilog import CORES, FOLDER, write_plain
 from scripts.rtl_subset import check
 from sim.goals import Goal, at_least, at_most, exactly, not_measured
 from sim.harness.sources import RTL
@@ -24,11 +22,9 @@ MISSING = (
     ("branches covered in asip, fpu, custom, nios", ">= 95", "%"),
     ("toggles covered in asip, fpu, custom, nios", ">= 90", "%"),
     ("planted faults found by cocotb tests alone", ">= 90", "%"),
-    ("tops whose plain Verilog equals the RTL", "20", "tops"),
 )
 BENCHES = [f"tests/cocotb/test_{kind}.py" for kind in ("units", "custom", "asip")]
 LOST = ("failures", "errors", "skipped")
-PARSED = "tops whose plain Verilog-2001 Icarus parses"
 
 
 def cocotb_tests(full: bool) -> Iterator[Goal]:
@@ -47,24 +43,10 @@ def cocotb_tests(full: bool) -> Iterator[Goal]:
     yield exactly("cocotb tests that fail or do not run", lost, 0, "tests")
 
 
-def parsed(top: str) -> bool:
-    """Whether Icarus parses the plain Verilog of a top without a message. Raises PlainError."""
-    file = FOLDER / f"{top}.v"
-    write_plain(top, file)
-    command = ["iverilog", "-g2001", "-Wall", "-i", "-t", "null", "-s", top, file]
-    done = subprocess.run(command, capture_output=True, text=True)
-    return done.returncode == 0 and not done.stdout + done.stderr
-
-
 def rows(full: bool) -> Iterator[Goal]:
-    """The goals; all tops only with `full`, since Yosys takes minutes."""
+    """The goals; the cocotb tests only with `full`."""
     found = sum(len(check(path.read_text(), path)) for path in sorted(RTL.rglob("*.sv")))
     yield at_most("constructs that the subset checker refuses", found, 0, "constructs")
     yield from cocotb_tests(full)
     for name, target, unit in MISSING:
         yield not_measured(name, target, unit, "no command measures it yet")
-    if shutil.which("iverilog") is None or not full:
-        cure = "install iverilog, then make goals T=hardware RUN=full"
-        yield not_measured(PARSED, f"{len(CORES)}", "tops", cure)
-        return
-    yield exactly(PARSED, sum(map(parsed, CORES)), len(CORES), "tops")

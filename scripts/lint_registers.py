@@ -28,6 +28,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+from asip_asm.command import command
 from asip_asm.project import ROOT
 from scripts.register_words import ESC, FIELDS, Finding, python_findings
 
@@ -116,6 +117,7 @@ def files() -> Iterator[Path]:
                 yield path
 
 
+@command("scripts/lint_registers.py")
 def main() -> int:
     """Look at the whole tree; returns the exit status."""
     uses, wrong = 0, 0

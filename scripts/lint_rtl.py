@@ -19,7 +19,7 @@ from pathlib import Path
 from pyslang import driver
 from rich.console import Console
 
-from asip_asm.command import script_parser
+from asip_asm.command import command, script_parser
 from sim.harness.assertions import assertions_of
 from sim.harness.build import verilator_driver
 from sim.harness.sources import sources_of
@@ -165,6 +165,7 @@ def run_slang(top: str, files: Sequence[str], parameters: Sequence[str]) -> bool
     )
 
 
+@command("scripts/lint_rtl.py")
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 clean, 1 findings."""
     parser = script_parser(__doc__, "python scripts/lint_rtl.py --top n2_core")

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from asip_asm.command import command
 from asip_asm.project import ROOT
 from scripts.doc_blocks import code_blocks, write_files
 from sim import Core
@@ -48,6 +49,7 @@ def row(program: Path, backend: str) -> str:
     return f"| `{program.name}` | {backend} | {sizes} | {single:.0f} | {batch:.0f} |"
 
 
+@command("scripts/loop_speed.py")
 def main() -> int:
     """Measure and write."""
     argparse.ArgumentParser(description=__doc__).parse_args()

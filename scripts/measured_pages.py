@@ -20,6 +20,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from asip_asm.command import command
 from asip_asm.project import BUILD, ROOT
 
 
@@ -153,6 +154,7 @@ def write(page: Page) -> bool:
     return subprocess.run([sys.executable, *page.writer.split()], cwd=ROOT).returncode == 0
 
 
+@command("scripts/measured_pages.py")
 def main(arguments: list[str] | None = None) -> int:
     """Command line; returns the exit status, 1 if a writer failed."""
     parser = argparse.ArgumentParser(

@@ -23,7 +23,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from asip_asm.command import script_parser
+from asip_asm.command import command, script_parser
 from asip_asm.files import write_text
 from scripts.synth_unit import (
     OUTPUT,
@@ -89,6 +89,7 @@ def table(designs: Mapping[str, Any]) -> Table:
     return view
 
 
+@command("scripts/motion_size.py")
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 ok, 1 for a tool that failed or a limit not kept."""
     parser = script_parser(

@@ -6,6 +6,7 @@
 # Usage: scripts/nios_toolchain.sh            JOBS=n  parallel compilations (default: all processors)
 #        scripts/nios_toolchain.sh --gdb      GDB alone, in minutes
 #        scripts/nios_toolchain.sh --prefix   print the folder whose bin/ holds nios2-elf-gcc
+#        scripts/nios_toolchain.sh --tests    the test suites of GCC and GDB, from the same source packages; prints their folder
 # NIOS2_TOOLCHAIN=FOLDER moves the cache (default: ${XDG_CACHE_HOME:-$HOME/.cache}/microtick/nios2-elf).
 set -eu
 
@@ -19,6 +20,7 @@ gdb=13.1
 stages=10
 stage=0
 gdb_alone=false
+tests_alone=false
 
 case ${1:-} in
   "") ;;
@@ -27,15 +29,20 @@ case ${1:-} in
     stages=3
     ;;
   --prefix) echo "$prefix"; exit 0 ;;
-  -h | --help) sed -n '3,9s/^# //p' "$0"; exit 0 ;;
+  --tests)
+    tests_alone=true
+    stages=1
+    ;;
+  -h | --help) sed -n '3,10s/^# //p' "$0"; exit 0 ;;
   *)
     echo "error: unknown argument '$1'" >&2
-    echo "help:  scripts/nios_toolchain.sh [--gdb | --prefix | --help]" >&2
+    echo "help:  scripts/nios_toolchain.sh [--gdb | --tests | --prefix | --help]" >&2
     exit 2
     ;;
 esac
 
-say() { echo "[nios-toolchain $stage/$stages] $*"; }
+# With --tests the standard output is the folder alone.
+say() { echo "[nios-toolchain $stage/$stages] $*" >&2; }
 
 die() {
   echo "error: $1" >&2
@@ -84,16 +91,21 @@ logged() {
   fi
 }
 
+if $tests_alone && [ -e "$cache/tests/complete" ]; then
+  echo "$cache/tests"
+  exit 0
+fi
 if $gdb_alone && "$prefix/bin/nios2-elf-gdb" --version >/dev/null 2>&1; then
   ready
   exit 0
 fi
-if [ -e "$cache/stamps/gdb" ] && [ -e "$cache/stamps/newlib-c99" ] && "$prefix/bin/nios2-elf-gcc" --version >/dev/null 2>&1; then
+if ! $tests_alone && [ -e "$cache/stamps/gdb" ] && [ -e "$cache/stamps/newlib-c99" ] && "$prefix/bin/nios2-elf-gcc" --version >/dev/null 2>&1; then
   ready
   exit 0
 fi
 # GDB alone has a folder of its own: a build of the compiler that was interrupted keeps its sources.
 if $gdb_alone; then cache=$cache/gdb; fi
+if $tests_alone; then cache=$cache/tests; fi
 
 missing=""
 for tool in apt-get dpkg-deb gcc g++ make m4 tar xz; do
@@ -233,6 +245,27 @@ build_compiler() {
   fi
 }
 
+# Of GCC the programs that its tests execute, with what runs them; of GDB all of its tests.
+unpack_tests() {
+  fetch gcc-12-source gdb-source
+  mkdir -p "$cache/host"
+  for package in "$cache"/deb/*.deb; do dpkg-deb -x "$package" "$cache/host"; done
+  tar -C "$cache" --strip-components=1 -xf "$cache/host/usr/src/gcc-12/gcc-$gcc-dfsg.tar.xz" \
+    --wildcards "gcc-$gcc/gcc/testsuite/lib/*" "gcc-$gcc/gcc/testsuite/config/*" \
+    "gcc-$gcc/gcc/testsuite/gcc.c-torture/*" "gcc-$gcc/gcc/testsuite/gcc.dg/builtins-config.h"
+  tar -C "$cache" --strip-components=1 -xf "$cache/host/usr/src/gdb.tar.xz" \
+    --wildcards '*/gdb/testsuite/*'
+  tidy
+  touch "$cache/complete"
+}
+
+if $tests_alone; then
+  stage=1
+  say "tests of GCC and GDB ..."
+  unpack_tests
+  echo "$cache"
+  exit 0
+fi
 if ! $gdb_alone; then build_compiler; fi
 
 if begin fetch-gdb; then

@@ -13,6 +13,7 @@ import shlex
 import subprocess
 import sys
 
+from asip_asm.command import command
 from asip_asm.files import write_text
 from asip_asm.project import ROOT
 from sim.harness.nios_rtl import PLATFORMS
@@ -70,6 +71,7 @@ def run(command: str) -> str:
     return done.stdout
 
 
+@command("scripts/own_c_page.py")
 def main() -> int:
     """Write the page; returns the exit status."""
     try:

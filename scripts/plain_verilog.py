@@ -6,6 +6,7 @@
 
 Yosys reads the RTL and writes it at word level: no technology mapping, so memories, multipliers and
 adders stay inferable. A file holds one module, with the core's ports and its default parameters.
+With asip_de3 comes quartus/asip_de3.v, in which the PLL is that of the device.
 """
 
 from __future__ import annotations
@@ -15,15 +16,18 @@ from collections.abc import Sequence
 
 from rich.console import Console
 
-from asip_asm.command import script_parser
+from asip_asm.command import command, script_parser
 from scripts.lint_rtl import TOPS
 from sim.harness.plain_verilog import PlainError, write_plain
 from sim.harness.sources import ROOT
 
 FOLDER = ROOT / "build/plain"
 CORES = tuple(top.name for top in TOPS)
+DE3 = "asip_de3"
+PLL = ROOT / "scripts/quartus/altpll.v"
 
 
+@command("make plain")
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 written, 1 if Yosys refuses a core."""
     parser = script_parser(__doc__, "python -m scripts.plain_verilog --only asip")
@@ -31,13 +35,17 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = parser.parse_args(argv)
     console = Console(soft_wrap=True, highlight=False, markup=False)
     for top in options.only:
-        file = FOLDER / f"{top}.v"
+        written = [FOLDER / f"{top}.v"]
         try:
-            write_plain(top, file)
+            write_plain(top, written[0])
+            if top == DE3:
+                written.append(FOLDER / f"quartus/{top}.v")
+                write_plain(top, written[1], defines=["QUARTUS"], boxes=[PLL])
         except PlainError as error:
             console.print(f"error: {error}")
             return 1
-        console.print(f"{file.relative_to(ROOT)}: {len(file.read_text().splitlines())} lines")
+        for file in written:
+            console.print(f"{file.relative_to(ROOT)}: {len(file.read_text().splitlines())} lines")
     return 0
 
 

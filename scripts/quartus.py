@@ -17,6 +17,8 @@ from quartus_report import FOLDER, RESULT, ROOT
 from quartus_report import main as store_figures
 from rich.console import Console
 
+from asip_asm.command import command
+
 TOOL = "quartus_sh"
 SCRIPT = Path("scripts/quartus/build.tcl")
 MISSING = (
@@ -27,6 +29,7 @@ MISSING = (
 )
 
 
+@command("scripts/quartus.py")
 def main(argv: list[str] | None = None) -> int:
     """Command line; exit 0 done, 1 for a missing tool, a failed build or an unreadable report."""
     parser = argparse.ArgumentParser(

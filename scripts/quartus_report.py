@@ -17,6 +17,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from asip_asm.command import command
 from asip_asm.files import write_text
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -157,6 +158,7 @@ def table(result: dict) -> Table:
     return view
 
 
+@command("scripts/quartus_report.py")
 def main(argv: list[str] | None = None) -> int:
     """Command line; exit 0 stored, 1 for a report that is missing or has no such figure."""
     parser = argparse.ArgumentParser(

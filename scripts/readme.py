@@ -17,6 +17,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from asip_asm.command import command
 from asip_asm.files import write_text
 from scripts.generated import table
 from sim.model.published import Published
@@ -135,6 +136,7 @@ def synthesis(data: dict[str, Any]) -> str:
     return "\n".join([*lines, "", f"Measured at commit {measured_at(data['tops'])}.", ""]) + "\n"
 
 
+@command("scripts/readme.py")
 def main(arguments: list[str]) -> int:
     """Rewrite README.md and docs/platforms.md; returns the exit status."""
     folder = Path(arguments[0]) if arguments else ROOT / "build"

@@ -13,7 +13,7 @@ from peakrdl_regblock import RegblockExporter
 from peakrdl_regblock.cpuif.avalon import Avalon_Cpuif_flattened
 from peakrdl_regblock.udps import ALL_UDPS
 
-from asip_asm.command import script_parser
+from asip_asm.command import command, script_parser
 from asip_asm.files import write_text
 from asip_asm.project import ROOT
 from scripts.gen_regmap import MAPS
@@ -47,6 +47,7 @@ def areas(name: str) -> tuple[dict[str, int], dict[str, int]]:
     return ours, alm_area(block, read_commands(block, files, {}), folder)
 
 
+@command("scripts/regblock_cost.py")
 def main() -> int:
     """Measure and write the table; returns the exit status."""
     script_parser(__doc__, "python scripts/regblock_cost.py").parse_args()

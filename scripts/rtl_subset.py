@@ -8,6 +8,7 @@ is broken.
 
 from __future__ import annotations
 
+import functools
 import re
 import sys
 from collections.abc import Iterator
@@ -17,7 +18,7 @@ from pathlib import Path
 from pyslang.syntax import SyntaxKind, SyntaxTree
 from rich.console import Console
 
-from asip_asm.command import script_parser
+from asip_asm.command import command, script_parser
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -142,6 +143,30 @@ RULES = (
         "genvar i; before the region",
     ),
     Rule(
+        "read-memory-file", r"\$readmem[bh]\b", "$readmemh", "values in a case function, or a host"
+    ),
+    Rule(
+        "constant-case",
+        r"\bcase[xz]?\s*\(\s*\d*'[bdh]\w+\s*\)",
+        "case of a constant, which Quartus decides wrongly",
+        "if .. else if",
+    ),
+    Rule(
+        "double-semicolon",
+        r";\s*;",
+        "empty item, which Quartus refuses",
+        "one semicolon",
+    ),
+    Rule(
+        "enum-kind", r"\benum\b(?!\s+logic\s*\[)", "enumeration without a width", "enum logic [1:0]"
+    ),
+    Rule(
+        "enum-value",
+        r"\benum\b[^{;]*\{[^}]*?=\s*\d+\s*(?=[,}])",
+        "value of an enumeration without a width, which Quartus refuses",
+        "2'd1",
+    ),
+    Rule(
         "declaration",
         r"\b(let|timeunit|timeprecision|class|program|clocking|always_latch)\b",
         "let, timeunit, class, program, clocking or latch",
@@ -154,6 +179,44 @@ GENERATE = Rule(
     "generate loop or condition outside of a region, which Quartus refuses",
     "generate .. endgenerate around it",
 )
+UNNAMED = Rule(
+    "unnamed-generate",
+    "",
+    "generate block without a name, which Quartus refuses in a loop",
+    "begin : gen_name",
+)
+PORT_DIRECTION = Rule(
+    "port-direction",
+    "",
+    "port without a direction of its own, which Quartus refuses",
+    "input logic or output logic for each",
+)
+ENUM_ARRAY = Rule(
+    "enum-array", "", "packed array of an enumeration", "a vector, or one variable for each"
+)
+UNCLOCKED_READ = Rule(
+    "unclocked-read",
+    "",
+    "array read outside of a clocked process: in Quartus registers, no memory",
+    'register the read; or for Quartus (* ramstyle = "MLAB" *); or a row of REGISTERS',
+)
+# Arrays that are meant to be registers: few words, or all of them are read in one clock.
+REGISTERS = {
+    "asip_lockstep": ("safe",),
+    "debug_capture": ("own",),
+    "debug_scope": ("levels",),
+    "drive_front_end": ("samples_q",),
+    "ecat_fmmus": ("column_q",),
+    "ecat_ports": ("back_data_q",),
+    "ecat_unit": ("data_q",),
+    "quadrature_decoder": ("lasted_q",),
+}
+HALF_ATTRIBUTE = Rule(
+    "half-attribute",
+    r"\(\*\s*no_rw_check",
+    "memory attribute of Yosys without that of Quartus",
+    '(* ramstyle = "no_rw_check", no_rw_check *)',
+)
 UNPACKED_PORT = Rule("unpacked-port", "", "unpacked array port", "a packed vector, [N-1:0][31:0]")
 DEFAULT_ARGUMENT = Rule("default-argument", "", "default value of an argument", "pass every one")
 RESULT_FIELD = Rule(
@@ -165,7 +228,11 @@ SIMULATION_ONLY = Rule(
     "assertion or message in synthesis",
     "put it behind `ifndef SYNTHESIS",
 )
-ALL_RULES = (*RULES, GENERATE, UNPACKED_PORT, DEFAULT_ARGUMENT, RESULT_FIELD, SIMULATION_ONLY)
+ALL_RULES = (
+    *RULES,
+    *(GENERATE, UNNAMED, PORT_DIRECTION, ENUM_ARRAY, UNCLOCKED_READ, HALF_ATTRIBUTE),
+    *(UNPACKED_PORT, DEFAULT_ARGUMENT, RESULT_FIELD, SIMULATION_ONLY),
+)
 
 
 def bare(text: str) -> str:
@@ -225,6 +292,61 @@ def _generates_outside(text: str) -> Iterator[int]:
                 yield member.sourceRange.start.offset
 
 
+def _unnamed(text: str) -> Iterator[int]:
+    """Positions of the blocks of generate loops and conditions that have no name."""
+    pattern = r"\bbegin\b(?!\s*:)"
+    kinds = SyntaxKind.LoopGenerate, SyntaxKind.IfGenerate
+    found: list[int] = []
+
+    def visit(node: object) -> None:
+        if getattr(node, "kind", None) == SyntaxKind.GenerateBlock:
+            start = node.sourceRange.start.offset
+            if node.parent.kind in kinds or node.parent.kind == SyntaxKind.ElseClause:
+                if re.match(pattern, text[start:]):
+                    found.append(start)
+
+    SyntaxTree.fromText(text).root.visit(visit)
+    yield from found
+
+
+def _enumerations(text: str) -> set[str]:
+    """Names of the types that a text declares as enumerations."""
+    return set(re.findall(r"\benum\b[^{;]*\{[^}]*\}\s*(\w+)\s*;", text))
+
+
+@functools.cache
+def _package_enumerations() -> frozenset[str]:
+    """The same of the project's packages."""
+    files = (ROOT / "rtl").rglob("*_pkg.sv")
+    return frozenset(name for path in files for name in _enumerations(bare(path.read_text())))
+
+
+def _enum_arrays(text: str) -> Iterator[int]:
+    """Positions of declarations with packed dimensions on an enumeration."""
+    names = "|".join(sorted(_enumerations(text) | _package_enumerations()))
+    for match in re.finditer(rf"\b(?:\w+::)?(?:{names})\s*\[[^\]]*\]\s*\w+", text):
+        yield match.start()
+
+
+def _unclocked_reads(text: str, source: str, stem: str) -> Iterator[int]:
+    """Positions of reads of an array outside of clocked processes, where it should be a memory.
+
+    text: as it is; source: without comments and attributes.
+    """
+    array = r"(?m)^\s*logic\b(?:\s+signed)?(?:\s*\[[^\]]*\])*\s*(\w+)\s*\[[^\]]*:[^\]]*\]"
+    item = r"\b(always_ff|always_comb|always\s*@|assign|initial|function|logic)\b"
+    starts = [(match.start(), match[1]) for match in re.finditer(item, source)]
+    for declared in re.finditer(array, source):
+        name, before = declared[1], text[: declared.start(1)]
+        distributed = re.search(r'ramstyle = "MLAB" \*\)\s*(?:`endif)?\s*logic[^;]*$', before)
+        if distributed or name in REGISTERS.get(stem, ()):
+            continue
+        for use in re.finditer(rf"\b{name}\s*\[", source):
+            kind = next((word for at, word in reversed(starts) if at < use.start()), "logic")
+            if kind in ("always_comb", "assign", "function"):
+                yield use.start()
+
+
 def _port_lists(text: str) -> Iterator[tuple[str, str, int, int]]:
     """(keyword, name, begin, end) of every module, function and task port list."""
     head = r"\b(module|function|task)\b[^;(#]*?(\w+)\s*(?=[(#;])"
@@ -244,6 +366,12 @@ def check(text: str, path: Path = Path("<text>")) -> list[Finding]:
     for rule in RULES:
         found += [(match.start(), rule) for match in re.finditer(rule.pattern, source)]
     found += [(at, GENERATE) for at in _generates_outside(text)]
+    found += [(at, UNNAMED) for at in _unnamed(text)]
+    found += [(at, ENUM_ARRAY) for at in _enum_arrays(source)]
+    found += [(at, UNCLOCKED_READ) for at in _unclocked_reads(text, source, path.stem)]
+    found += [
+        (match.start(), HALF_ATTRIBUTE) for match in re.finditer(HALF_ATTRIBUTE.pattern, text)
+    ]
     kept = _synthesised(source)
     for match in re.finditer(SIMULATION_ONLY.pattern, kept):
         line = kept.count("\n", 0, match.start())
@@ -252,6 +380,9 @@ def check(text: str, path: Path = Path("<text>")) -> list[Finding]:
         for at, piece in _pieces(source, begin, end):
             if piece.split("=")[0].rstrip().endswith("]"):
                 found.append((at + len(piece) - len(piece.lstrip()), UNPACKED_PORT))
+            directed = re.match(r"\s*(input|output|inout)\b", piece)
+            if keyword == "module" and piece.strip() and not directed:
+                found.append((at + len(piece) - len(piece.lstrip()), PORT_DIRECTION))
             if keyword != "module" and "=" in piece:
                 found.append((at + len(piece) - len(piece.lstrip()), DEFAULT_ARGUMENT))
         if keyword == "function":
@@ -267,6 +398,7 @@ def check(text: str, path: Path = Path("<text>")) -> list[Finding]:
     return sorted(set(findings), key=lambda finding: (finding.line, finding.rule))
 
 
+@command("scripts/rtl_subset.py")
 def main(argv: list[str] | None = None) -> int:
     """Command line; exit 0 clean, 1 findings."""
     parser = script_parser(__doc__, "python scripts/rtl_subset.py rtl/asip/asip.sv")

@@ -24,6 +24,7 @@ from packaging.licenses import InvalidLicenseExpression, canonicalize_license_ex
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
+from asip_asm.command import command
 from asip_asm.files import write_text
 from asip_asm.project import ROOT
 from scripts.generated import table
@@ -220,6 +221,7 @@ def page(found: Iterable[Package]) -> str:
     return "\n".join(lines + table(["package", "version", "licence", "needed by"], rows)) + "\n"
 
 
+@command("make sbom")
 def main() -> int:
     """Write both files."""
     try:

@@ -23,7 +23,7 @@ import numpy as np
 
 from asip_asm.allocate import allocate_registers
 from asip_asm.assemble import encode, parse_program
-from asip_asm.command import script_parser
+from asip_asm.command import command, script_parser
 from asip_asm.expression import float_bits, word_bits
 from asip_asm.files import replaced
 from asip_asm.image import Image
@@ -275,6 +275,7 @@ def page(points: list[Point], together: dict[tuple[str, int], Tick]) -> str:
     )
 
 
+@command("scripts/scaling.py")
 def main(argv: list[str] | None = None) -> int:
     """Write page and plot."""
     parser = script_parser(__doc__, f"{COMMAND} --check")

@@ -20,7 +20,7 @@ from typing import Any
 
 from rich.console import Console
 
-from asip_asm.command import command_parser
+from asip_asm.command import command, command_parser
 from asip_asm.files import write_text
 from scripts.bitstream import BOARDS
 from scripts.bitstream import OUTPUT as BOARD_RESULTS
@@ -230,6 +230,7 @@ def measured(name: str, full: bool) -> Iterator[Goal]:
         yield Goal(f"{name}, all", None, "", "measured", False, str(error).splitlines()[0])
 
 
+@command("make silicon")
 def main(arguments: list[str] | None = None) -> int:
     """Command line; exit 0 if every goal is met, 1 if one is missed."""
     parser = command_parser("make silicon", __doc__)

@@ -18,7 +18,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from asip_asm.command import script_parser
+from asip_asm.command import command, script_parser
 from asip_asm.files import write_text
 from scripts.generated import keep_page, table
 from scripts.synth import TOPS
@@ -193,7 +193,13 @@ def page(points: Sequence[Mapping]) -> str:
 def paths(document: Mapping) -> str:
     """Section of the page on the longest path of each core, from docs/data/synthesis.json."""
     rows = [
-        [f"`{name}`", f"`{path['from']}`", f"`{path['to']}`", f"{path['ns']}", f"{path['wires_ns']}"]
+        [
+            f"`{name}`",
+            f"`{path['from']}`",
+            f"`{path['to']}`",
+            f"{path['ns']}",
+            f"{path['wires_ns']}",
+        ]
         for name, top in document["tops"].items()
         if (path := top.get("longest_path"))
     ]
@@ -210,6 +216,7 @@ def add(points: list[dict], point: dict) -> None:
     points[:] = [p for p in points if any(p[k] != point[k] for k in key)] + [point]
 
 
+@command("scripts/speed_points.py")
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 done, 1 page out of date or a tool failed, 2 usage."""
     parser = script_parser(__doc__, "python scripts/speed_points.py --add HEAD --seeds 1 2 3")

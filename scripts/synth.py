@@ -18,7 +18,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from asip_asm.command import script_parser
+from asip_asm.command import command, script_parser
 from asip_asm.files import write_text
 from scripts.synth_unit import OUTPUT, ROOT, SynthesisError, synthesise
 from sim.harness.sources import sources_of
@@ -114,6 +114,7 @@ def figures(result: dict) -> dict:
     }
 
 
+@command("scripts/synth.py")
 def main(argv: list[str] | None = None) -> int:
     """Command line; exit 0 done, 1 if a tool failed, 2 usage."""
     parser = script_parser(__doc__, "python scripts/synth.py --only asip_small --seeds 1 2")

@@ -21,7 +21,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from asip_asm.command import script_parser
+from asip_asm.command import command, script_parser
 from asip_asm.files import write_text
 from sim.fpbench import campaign
 from sim.harness.sources import sources_of
@@ -313,6 +313,7 @@ def table(results: Sequence[dict]) -> Table:
     return view
 
 
+@command("scripts/synth_unit.py")
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 ok, 1 for a missing file or a tool that failed."""
     parser = script_parser(__doc__, "python scripts/synth_unit.py fp_fma --seeds 1 2 3 --path")

@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from asip_asm.command import script_parser
+from asip_asm.command import command, script_parser
 from asip_asm.files import write_text
 from asip_asm.isa import default_isa
 from asip_asm.machine import fp_latencies
@@ -311,6 +311,7 @@ def load(path: Path = DATA) -> dict:
     return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
 
 
+@command("scripts/units_page.py")
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 written or equal, 1 if the page differs or a tool failed, 2 usage."""
     parser = script_parser(__doc__, f"{COMMAND} --measure fp_cmp fp_f2i --seeds 1 2 3")
@@ -322,7 +323,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         measure(options.measure, options.seeds)
         new = page(options.page.read_text(encoding="utf-8"), load())
-    except (PageError, SynthesisError, OSError) as error:
+    except (PageError, SynthesisError) as error:
         sys.stderr.write(f"{error}\n")
         return 1
     stale = f"{options.page}: error: differs from the RTL or its figures; {COMMAND}"

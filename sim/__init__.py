@@ -15,7 +15,7 @@ __all__ = ["Core", "CoreError", "CoreFault", "Ticks"]
 def __getattr__(name: str) -> Any:
     """The public names on first use: parts of this package do not load Verilator for them."""
     if name not in __all__:
-        raise AttributeError(f"module 'sim' has no attribute '{name}'")
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
     from sim import core
 
     return getattr(core, name)

@@ -70,14 +70,12 @@ def require_positive(option: str, value: float, unit: str) -> None:
         raise ValueError(f"{option} = {value:g} is outside its limit: > 0 {unit}".rstrip())
 
 
-def failed(program: str, error: OSError | ValueError) -> int:
+def failed(program: str, error: ValueError) -> int:
     """One line on standard error and the exit status of a command that could not do its work.
 
     A message that names file and line stands alone, any other behind the program's name.
     """
-    text = (
-        f"{error.filename}: error: {error.strerror}" if isinstance(error, OSError) else str(error)
-    )
+    text = str(error)
     sys.stderr.write(f"{text if ': error: ' in text else f'{program}: error: {text}'}\n")
     return 1
 

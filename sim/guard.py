@@ -26,6 +26,7 @@ import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from asip_asm.diagnostics import visible
 from sim import private
 
 LOOPBACK = "127.0.0.1"
@@ -242,4 +243,4 @@ def one_client(say: Say) -> Iterator[None]:
         pass  # it has gone
     except Exception as error:
         LOG.exception("an error in the work for one client; its connection is closed")
-        say(f"connection closed by an error: {type(error).__name__}: {error}")
+        say(visible(f"connection closed by an error: {type(error).__name__}: {error}"))

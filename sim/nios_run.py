@@ -16,7 +16,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from asip_asm.command import command_parser
+from asip_asm.command import cause_of, command, command_parser
 from sim.gdb.server import PIPE, ServerError, place_of, serve
 from sim.harness.build import BuildError
 from sim.harness.nios_image import ImageError, Program, read_elf
@@ -43,6 +43,7 @@ that cannot be run, {STRAY_STATUS} an access where there is neither memory nor a
 """
 
 
+@command("nios-run")
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit status."""
     options = parse_arguments(arguments)
@@ -61,7 +62,7 @@ def main(arguments: list[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return PIPE_STATUS
     except OSError as error:
-        say.print(f"nios-run: {error.filename or options.program}: error: {error.strerror}")
+        say.print(f"nios-run: error: {cause_of(error)}")
         return FILE_STATUS
     except KeyboardInterrupt:
         say.print("nios-run: stopped by Ctrl-C")

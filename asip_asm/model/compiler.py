@@ -6,16 +6,19 @@ runs in the fewest cycles.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from dataclasses import dataclass
 
 from asip_asm.dependence import build_graph as dependence_graph
 from asip_asm.ir import Operation, Virtual
+from asip_asm.isa import default_isa
 from asip_asm.machine import Machine, load_machine
 from asip_asm.model.balance import balance
 from asip_asm.model.emit import emit
 from asip_asm.model.expand import expand_functions
 from asip_asm.model.graph import LEAVES, Graph
-from asip_asm.model.law import Law, build_graph
+from asip_asm.model.law import Law, build_graph, check_limits
+from asip_asm.model.read import ModelError
 from asip_asm.model.simplify import share_divisors, simplify
 from asip_asm.model.sine import angles, replace_sines
 from asip_asm.model.sums import SumBuilder
@@ -26,7 +29,7 @@ TRIAL_EFFORT = 12
 RELAXATIONS = (0.25, 0.5, 0.75, 1.0)
 """Shares of a sum's slack that it may use to save operations."""
 
-
+DIVIDE = "divide the law into several functions"
 SINES = ("balanced", "unit", "pipes")
 
 
@@ -62,9 +65,11 @@ def compile_law(
     """Program of a law, for `machine` (None: that of the configuration). Raises ModelError."""
     options = options or Options()
     machine = machine or load_machine(options.configuration)
+    check_limits(law)
     real = expand_functions(simplify(build_graph(law)))
     if options.reciprocal:
         real = simplify(share_divisors(real))
+    _check_operations(real, law, machine, options)
     if options.sine == "balanced":
 
         def cycles(form: Graph) -> int:
@@ -76,6 +81,25 @@ def compile_law(
         real = replace_sines(real, angles(real, law))
     graph = choose_sums(real, machine, options)
     return Compiled(law, options, graph, emit(graph, law, options.constants))
+
+
+def _check_operations(real: Graph, law: Law, machine: Machine, options: Options) -> None:
+    """Raises ModelError if the fewest operations of the law are more than the program memory takes
+    on the slots that they need: before the program is searched for and written.
+    """
+    fewest = dict.fromkeys(range(len(real.nodes)), math.inf) if options.reassociate else None
+    graph = SumBuilder(real, machine, options.reassociate, fewest).run()
+    counts: Counter[tuple[int, ...]] = Counter(
+        tuple(machine.slots_of(op)) for op in core_operations(graph)
+    )
+    most = default_isa().program_bundles
+    for slots, count in counts.items():
+        bundles = -(-count // len(slots))
+        if bundles > most:
+            raise ModelError(
+                f"{law.title}: its operations take {bundles} bundles or more ({count} for "
+                f"{len(slots)} slots of a bundle), the core's program memory holds {most}; {DIVIDE}"
+            )
 
 
 def choose_sums(real: Graph, machine: Machine, options: Options) -> Graph:

@@ -276,10 +276,9 @@ def check_ports(law: Law) -> None:
             f"{', '.join(held)}; name a result '{held[0]}{NEXT}' (or that of its vector), or make "
             "it a [[parameter]]"
         )
-    _check_limits(law)
 
 
-def _check_limits(law: Law) -> None:
+def check_limits(law: Law) -> None:
     """Raises ModelError for more signals than the core has places."""
     isa = default_isa()
     states = len(law.of_kind("state")) + len(law.of_kind("rate"))

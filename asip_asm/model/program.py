@@ -9,9 +9,11 @@ from pathlib import Path
 from asip_asm.assemble import build_program, encode
 from asip_asm.debug_map import DebugMap
 from asip_asm.debug_values import debug_map
+from asip_asm.diagnostics import AssemblyError
 from asip_asm.files import open_output
 from asip_asm.image import Image
-from asip_asm.model.compiler import Compiled
+from asip_asm.model.compiler import DIVIDE, Compiled
+from asip_asm.model.read import ModelError
 from asip_asm.report import Report, report_program
 
 
@@ -34,10 +36,19 @@ class Built:
 
 
 def build(compiled: Compiled, path: Path) -> Built:
-    """Write the source text to `path` and assemble it. Raises AssemblyError, OSError."""
+    """Write the source text to `path` and assemble it. Raises AssemblyError, OSError; ModelError
+    where the program meets a limit of the core.
+    """
     with open_output(path) as file:
         file.write(compiled.text)
-    program, machine = build_program(path, configuration=compiled.options.configuration)
-    image = encode(program, machine, path)
+    try:
+        program, machine = build_program(path, configuration=compiled.options.configuration)
+        image = encode(program, machine, path)
+    except AssemblyError as error:
+        limits = [found.message for found in error.diagnostics if found.place is None]
+        if not limits:
+            raise
+        reason = limits[0].removeprefix(f"{path}: ")
+        raise ModelError(f"{compiled.law.title}: {reason}; {DIVIDE}") from None
     found = debug_map(program, machine, image)
     return Built(compiled, image, report_program(program, machine), found)

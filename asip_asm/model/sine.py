@@ -3,13 +3,17 @@
 
 The angle is taken in turns, t = c X + o. For an encoder X is the count and c, turns per count,
 mostly a power of two: then t has no rounding error, where the angle in radians that the sine unit
-gets has one. Modulo a turn f = t - round(t); f is folded into w, at most a quarter turn, with
-sin(2 pi w) = w P(w^2):
+gets has one. The angle is folded into w, at most a quarter turn, with sin(2 pi w) = w P(w^2):
 
-    sine    w = 2 sat(f, -1/4, 1/4) - f        cosine    w = 1/4 - |f|
+                    |t| to 1/4    to 1/2           to 3/4             to 1
+    sine            t             sgn(t)/2 - t     sgn(t)/2 - t       t - sgn(t)
+    cosine          1/4 - |t|     1/4 - |t|        |t| - 3/4          |t| - 3/4
 
-Both steps are exact, but for the cosine's where its slope is small. t or f is shared by the sine
-and the cosine of one angle. `SINE` is what scripts/sine_polynomial.py derives.
+There are two ways to do so. One takes minima, maxima and saturations, and a few multiply-adds. The
+other is one multiply-add of a factor and a number that comparisons choose: it leaves the pipes free
+but takes longer. Columns beyond the largest angle cost nothing. Beyond a turn f = t - round(t) is
+folded so. All steps are exact, except the cosine's where its slope is small. `SINE` is what
+scripts/sine_polynomial.py derives.
 """
 
 from __future__ import annotations
@@ -18,13 +22,13 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from asip_asm.model.expand import MAGIC
 from asip_asm.model.functions import LARGEST_TURNS, TURN
 from asip_asm.model.graph import Graph, Node, Rewriter
 from asip_asm.model.law import Law
 
 SINE = (6.2831854820251465, -41.34176254272461, 81.60829162597656, -76.71895599365234,
         40.80321502685547)  # fmt: skip
+QUARTER, THREE_QUARTERS = 0.25, 0.75
 Range = tuple[float, float]
 NOWHERE: Range = (-math.inf, math.inf)
 
@@ -113,15 +117,18 @@ def angles(graph: Graph, law: Law) -> dict[int, Angle]:
     return {i: angle for i, angle in found.items() if angle.known}
 
 
-def replace_sines(graph: Graph, chosen: Mapping[int, Angle]) -> Graph:
-    """The graph with polynomials for the chosen sines and cosines."""
-    return _Pipes(graph, chosen).run()
+def replace_sines(graph: Graph, chosen: Mapping[int, Angle], by_choices: bool = True) -> Graph:
+    """The graph with polynomials for the chosen sines and cosines; by_choices: angles are folded by
+    comparisons.
+    """
+    return _Pipes(graph, chosen, by_choices).run()
 
 
 class _Pipes(Rewriter):
-    def __init__(self, old: Graph, chosen: Mapping[int, Angle]) -> None:
+    def __init__(self, old: Graph, chosen: Mapping[int, Angle], by_choices: bool) -> None:
         super().__init__(old)
         self.chosen = chosen
+        self.by_choices = by_choices
 
     def visit(self, index: int, node: Node, args: Sequence[int]) -> int:
         if index not in self.chosen:
@@ -131,15 +138,8 @@ class _Pipes(Rewriter):
         marked = [self.map[angle.node], scale]
         if angle.offset:
             marked.append(new.const(angle.offset))
-        f = self._fraction(angle, *marked)
-        quarter = new.const(0.25)
-        if node.op == "cos":
-            w = new.add("fsub", quarter, new.add("fabs", f))
-        elif angle.limit <= 0.25:
-            w = f
-        else:
-            near = new.add("fsat", f, new.const(-0.25), quarter)
-            w = new.add("fmsub", near, new.const(2.0), f)
+        x, c, limit = self._reduced(angle, *marked)
+        w = (self._cosine if node.op == "cos" else self._sine)(x, c, limit)
         square = new.add("fmul", w, w)
         p = new.const(SINE[-1])
         for value in reversed(SINE[:-1]):
@@ -154,16 +154,68 @@ class _Pipes(Rewriter):
         same = math.isclose(abs(angle.scale), near, rel_tol=1e-15)
         return self.new.const(math.copysign(near, angle.scale) if same else angle.scale)
 
-    def _fraction(self, angle: Angle, x: int, scale: int, offset: int | None = None) -> int:
-        """The angle in turns, modulo a turn if it can be beyond half a turn."""
+    def _sine(self, x: int, c: float, limit: float) -> int:
+        """The quarter turn that has the sine of c x, at most `limit` turns."""
+        if limit <= QUARTER:
+            return x if c == 1 else self.new.add("fmul", x, self.new.const(c))
+        return (self._chosen_sine if self.by_choices else self._saturated_sine)(x, c, limit)
+
+    def _saturated_sine(self, x: int, c: float, limit: float) -> int:
+        """2 (sat(x, quarter) - sat(x, three quarters)) c + c x."""
         new = self.new
-        magic = new.const(MAGIC)
-        if offset is None:
-            if angle.limit <= 0.5:
-                return new.add("fmul", x, scale)
-            turns = new.add("fsub", new.add("fmadd", x, scale, magic), magic)
-            return new.add("fmsub", x, scale, turns)
-        t = new.add("fmadd", x, scale, offset)
-        if angle.limit <= 0.5:
-            return t
-        return new.add("fsub", t, new.add("fsub", new.add("fadd", t, magic), magic))
+        t = x if c == 1 else new.add("fmul", x, new.const(c))
+        near = self._saturated(x, QUARTER / abs(c))
+        if limit <= THREE_QUARTERS:
+            return new.add("fmsub", near, new.const(2 * c), t)
+        fold = new.add("fsub", near, self._saturated(x, THREE_QUARTERS / abs(c)))
+        return new.add("fmadd", fold, new.const(2 * c), t)
+
+    def _chosen_sine(self, x: int, c: float, limit: float) -> int:
+        new = self.new
+        size = new.add("fabs", x)
+        near = new.add("flt", new.const(QUARTER / abs(c)), size)
+        factor, number = new.const(-c), self._signed(x, math.copysign(0.5, c))
+        if limit > THREE_QUARTERS:
+            far = new.add("flt", new.const(THREE_QUARTERS / abs(c)), size)
+            factor = new.add("sel", far, new.const(c), factor)
+            number = new.add("sel", far, self._signed(x, math.copysign(1.0, -c)), number)
+        factor = new.add("sel", near, factor, new.const(c))
+        number = new.add("sel", near, number, new.const(0.0))
+        return new.add("fmadd", x, factor, number)
+
+    def _cosine(self, x: int, c: float, limit: float) -> int:
+        """The quarter turn whose sine is the cosine of c x, at most `limit` turns."""
+        new = self.new
+        size, c = new.add("fabs", x), abs(c)
+        if limit > 0.5 and self.by_choices:
+            far = new.add("flt", new.const(0.5 / c), size)
+            factor = new.add("sel", far, new.const(c), new.const(-c))
+            number = new.add("sel", far, new.const(-THREE_QUARTERS), new.const(QUARTER))
+            return new.add("fmadd", size, factor, number)
+        near = new.add("fnmsub", size, new.const(c), new.const(QUARTER))
+        if limit <= 0.5:
+            return near
+        far = new.add("fmsub", size, new.const(c), new.const(THREE_QUARTERS))
+        return new.add("fmax", near, far)
+
+    def _saturated(self, x: int, limit: float) -> int:
+        return self.new.add("fsat", x, self.new.const(-limit), self.new.const(limit))
+
+    def _signed(self, x: int, value: float) -> int:
+        """The value with the sign of x."""
+        return self.new.add("selge", x, self.new.const(value), self.new.const(-value))
+
+    def _reduced(
+        self, angle: Angle, x: int, scale: int, offset: int | None = None
+    ) -> tuple[int, float, float]:
+        """A node and a factor, whose product is the angle in turns, modulo a turn if it can be
+        beyond a turn; the largest size of the product.
+        """
+        new, c = self.new, float(self.new.nodes[scale].value)
+        if offset is not None:
+            x, c = new.add("fmadd", x, scale, offset), 1.0
+        if angle.limit <= 1:
+            return x, c, angle.limit
+        t = x if c == 1 else new.add("fmul", x, scale)
+        turns = new.add("i2f", new.add("f2i", t))
+        return new.add("fmsub", x, new.const(c), turns), 1.0, 0.5

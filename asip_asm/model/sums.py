@@ -141,7 +141,7 @@ class SumBuilder(Rewriter):
     # ------------------------------------------------------------------ sums
     def _sum(self, index: int) -> int:
         """Value of a sum or product that is read as a whole."""
-        terms = self._terms(index, 1, top=True)
+        terms = self._terms(index, 1)
         deadline = self.deadlines.get(index, 0.0)
         products = sum(term.b is not None for term in terms)
         least = int(products == len(terms))
@@ -154,21 +154,27 @@ class SumBuilder(Rewriter):
                 chosen, best = starts, time
         return self._join(terms, chosen)
 
-    def _terms(self, index: int, sign: int, top: bool = False) -> list[Term]:
-        node = self.old.nodes[index]
-        if node.op == "mul":
-            sign, a, b = self._product(index, sign)
-            return [Term(sign, a, b, self.uses[index] > 1)]
-        if not top and not self.inside[index]:
-            return [Term(sign, self.map[index], None)]
-        if node.op == "neg":
-            return self._terms(node.args[0], -sign)
-        second = -sign if node.op == "sub" else sign
-        return self._terms(node.args[0], sign) + self._terms(node.args[1], second)
+    def _terms(self, index: int, sign: int) -> list[Term]:
+        """Terms of the sum at a node, from left to right; a sum may have thousands of them."""
+        found: list[Term] = []
+        left = [(index, sign)]
+        while left:
+            i, sign = left.pop()
+            node = self.old.nodes[i]
+            if node.op == "mul":
+                found.append(Term(*self._product(i, sign), self.uses[i] > 1))
+            elif i != index and not self.inside[i]:
+                found.append(Term(sign, self.map[i], None))
+            elif node.op == "neg":
+                left.append((node.args[0], -sign))
+            else:
+                second = -sign if node.op == "sub" else sign
+                left += [(node.args[1], second), (node.args[0], sign)]
+        return found
 
     def _product(self, index: int, sign: int) -> tuple[int, int, int]:
         """Sign and the two factors, of which the later is joined last."""
-        sign, factors = self._factors(index, sign, top=True)
+        sign, factors = self._factors(index, sign)
         factors = self._fold(factors) if self.reassociate else factors
         heap = [(self.time(factor), factor) for factor in factors]
         heapq.heapify(heap)
@@ -179,16 +185,20 @@ class SumBuilder(Rewriter):
         a, b = sorted(factor for _, factor in heap)
         return sign, a, b
 
-    def _factors(self, index: int, sign: int, top: bool = False) -> tuple[int, list[int]]:
-        node = self.old.nodes[index]
-        if node.op == "neg" and self.inside[index]:
-            return self._factors(node.args[0], -sign)
-        if node.op != "mul" or not (top or self.inside[index]):
-            return sign, [self.map[index]]
-        factors = []
-        for arg in node.args:
-            sign, more = self._factors(arg, sign)
-            factors += more
+    def _factors(self, index: int, sign: int) -> tuple[int, list[int]]:
+        """Sign and factors of the product at a node, from left to right."""
+        factors: list[int] = []
+        left = [index]
+        while left:
+            i = left.pop()
+            node = self.old.nodes[i]
+            if node.op == "neg" and self.inside[i]:
+                sign = -sign
+                left.append(node.args[0])
+            elif node.op == "mul" and (i == index or self.inside[i]):
+                left += reversed(node.args)
+            else:
+                factors.append(self.map[i])
         return sign, factors
 
     def _fold(self, factors: Sequence[int]) -> list[int]:

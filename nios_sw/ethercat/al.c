@@ -40,7 +40,7 @@ static void enter(uint8_t next) {
   state = next;
   waiting = false;
   if (before == AL_OP && next != AL_OP) {
-    application_leave_op(code == AL_WATCHDOG || code == AL_SYNC_ERROR);
+    application_leave_op(code == AL_WATCHDOG || code == AL_SYNC_ERROR || code == AL_SYNC_LOST);
   }
   if (next == AL_OP) application_enter_op();
   if (next != AL_OP) outputs_seen = false; /* OP wants new ones */
@@ -94,13 +94,14 @@ static uint16_t check_clock(void) {
   return 0;
 }
 
+bool al_clock_holds(void) { return !check_clock(); }
+
 /* PREOP to SAFEOP. */
 static uint16_t check_safeop(void) {
   uint16_t found;
   process_bytes[PDO_RX] = pdo_prepare(PDO_RX);
   process_bytes[PDO_TX] = pdo_prepare(PDO_TX);
-  if (process_bytes[PDO_TX] > PROCESS_BYTES) return AL_INPUT_MAPPING;
-  if (process_bytes[PDO_RX] > PROCESS_BYTES) return AL_OUTPUT_MAPPING;
+  if (process_bytes[PDO_RX] == PDO_INVALID) return AL_OUTPUT_MAPPING;
   for (int n = MANAGERS_USED; n < MANAGERS; ++n) {
     if (esc_read8(ESC_SM_ACTIVATE(n)) & ESC_SM_ACTIVATE_ENABLE_MASK) return AL_INVALID_SYNC_MANAGER;
   }
@@ -141,6 +142,8 @@ static uint16_t change(uint8_t wanted, uint32_t now_ms, int guard) {
     enter(AL_SAFEOP);
     application_inputs(); /* so that the first read finds some */
   } else {
+    found = check_clock();
+    if (found) return found == AL_INVALID_SYNC ? AL_NO_SYNC : found;
     waiting = true; /* OP, when outputs have come */
     waiting_since = now_ms;
   }

@@ -23,8 +23,9 @@
 #define AL_WATCHDOG 0x001B
 #define AL_INVALID_OUTPUTS 0x001D
 #define AL_INVALID_INPUTS 0x001E
-#define AL_INPUT_MAPPING 0x0024
 #define AL_OUTPUT_MAPPING 0x0025
+#define AL_SYNC_LOST 0x002C
+#define AL_NO_SYNC 0x002D
 #define AL_INVALID_SYNC 0x0030
 #define AL_INVALID_CYCLE 0x0035
 
@@ -37,6 +38,8 @@ void al_step(uint32_t now_ms);
 void al_outputs_seen(void);
 /* A fault of the device: from OP to SAFEOP with the code. */
 void al_fault(uint16_t code);
+/* Whether SYNC0 is as 1C32 wants it. */
+bool al_clock_holds(void);
 /* Bytes of the process data of a direction, as mapped when SAFEOP was entered. */
 uint16_t al_process_bytes(int side);
 

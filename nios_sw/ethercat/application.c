@@ -24,6 +24,7 @@
 #define SYNC0 2
 
 static uint32_t cycles, since_outputs; /* of CYCLE_US */
+static uint64_t missed_after;          /* us since the outputs, when the next cycle of the master is missed */
 static _Alignas(4) uint8_t buffer[PROCESS_BYTES];
 static struct {
   uint16_t index;
@@ -59,6 +60,7 @@ void application_errors(void) {
 
 void application_enter_op(void) {
   since_outputs = 0;
+  missed_after = axis_period_us(0);
   for (int n = 0; n < AXES; ++n) axis_enter_op(n);
 }
 
@@ -80,13 +82,14 @@ void application_inputs(void) {
 static bool take_outputs(uint32_t event) {
   uint16_t bytes = al_process_bytes(PDO_RX);
   uint16_t limit = objects.sync_error_limit;
-  uint32_t period;
+  uint64_t period, since;
   if (event & OUTPUTS_EVENT && bytes) {
     esc_read(PROCESS_OUTPUTS, buffer, bytes);
     al_outputs_seen();
     objects.output_sync.cycle = objects.input_sync.cycle =
         objects.output_sync.type == SYNC0 ? esc_read32(ESC_SYNC0_CYCLE) : since_outputs * CYCLE_US * 1000u;
     since_outputs = 0;
+    missed_after = axis_period_us(0);
     objects.output_sync.error = 0;
     if (al_state() != AL_OP) return false;
     pdo_outputs(buffer);
@@ -98,11 +101,13 @@ static bool take_outputs(uint32_t event) {
     return false;
   }
   if (objects.output_sync.type == FREE_RUN) return false; /* only the watchdog counts */
-  period = axis_period(0);
-  if (since_outputs && since_outputs % period == 0 && objects.output_sync.missed < 0xFFFFu) {
+  period = axis_period_us(0);
+  since = (uint64_t)since_outputs * CYCLE_US;
+  if (since >= missed_after && objects.output_sync.missed < 0xFFFFu) {
     ++objects.output_sync.missed;
+    missed_after += period;
   }
-  if (limit && since_outputs >= (limit + 1u) * period) {
+  if (limit && since >= (limit + 1u) * period) {
     objects.output_sync.error = 1;
     al_fault(AL_SYNC_ERROR);
   }
@@ -140,6 +145,10 @@ void application_cycle(const struct feedback *feedback, struct command *command)
   bool fresh = false;
   ++cycles;
   if (since_outputs < 0xFFFFFFu) ++since_outputs;
+  if (state == AL_OP && objects.output_sync.type == SYNC0 && !al_clock_holds()) {
+    objects.output_sync.error = 1;
+    al_fault(AL_SYNC_LOST);
+  }
   if (state >= AL_SAFEOP) fresh = take_outputs(esc_read32(ESC_AL_EVENT));
   memcpy(objects.pose, feedback->pose, sizeof objects.pose);
   objects.digital_inputs = feedback->digital_inputs;

@@ -9,14 +9,20 @@
 #include "cia402.h"
 #include "coe.h"
 #include "interpolator.h"
+#include "limiter.h"
+#include "motion.h"
 #include "profile.h"
 
 #define CYCLE_S (CYCLE_US * 1e-6f)
 #define CYCLES_PER_S (1e6f / CYCLE_US)
 #define CYCLES_PER_MS (1000u / CYCLE_US)
 #define FOLLOWING_ERROR 0x8611u
+#define LIMITS 0x607Du /* objects, of the first axis */
+#define PERIOD 0x60C2u
 #define NOT_WATCHED 0xFFFFFFFFu
 #define VELOCITY_FILTER 0.0625f
+/* A stop ends when the axis is measured at rest, or this long after its set-point came to rest. */
+#define SETTLE_CYCLES (200u * CYCLES_PER_MS)
 
 #define STATUS_REMOTE 0x0200u
 #define STATUS_REACHED 0x0400u
@@ -29,12 +35,17 @@ static struct axis {
   struct setpoint point;
   struct interpolator interpolator;
   struct profile profile;
+  struct motion motion;
   int32_t home, last_actual;
   float velocity; /* actual, filtered, increments/s */
-  uint32_t beyond; /* cycles outside of the following error window */
+  uint32_t beyond;  /* cycles outside of the following error window */
+  uint32_t settles; /* cycles of a stop since its set-point came to rest */
   uint16_t control_was;
   int8_t mode;
-  bool limited, attained, powered, seen;
+  enum drive_state stopping; /* the state whose stop is under way */
+  bool limited, clipped, powered, stops;
+  bool behind;   /* a target, because of a limit */
+  bool attained; /* homed since power on: a change of the mode leaves it */
 } axes[AXES];
 
 void axis_start(int n) {
@@ -44,13 +55,30 @@ void axis_start(int n) {
   profile_start(&axis->profile);
 }
 
-uint32_t axis_period(int n) {
-  const struct axis_objects *o = &objects.axis[n];
-  uint32_t us = o->period_value, cycles;
-  for (int8_t index = o->period_index; index > -6 && us < 100000u; --index) us *= 10u;
-  for (int8_t index = o->period_index; index < -6; ++index) us /= 10u;
-  cycles = us > 100000u ? 100000u / CYCLE_US : us / CYCLE_US;
-  return cycles ? cycles : 1u;
+/* Of 60C2; its index is a power of ten of a second, from -6 on. */
+static uint32_t period_us(uint8_t value, int8_t index) {
+  uint32_t us = value;
+  for (; index > -6; --index) us *= 10u;
+  return us;
+}
+
+uint32_t axis_period_us(int n) { return period_us(objects.axis[n].period_value, objects.axis[n].period_index); }
+
+uint32_t axis_check(uint16_t index, uint8_t subindex, uint32_t value) {
+  const struct axis_objects *o;
+  uint16_t first;
+  uint32_t us;
+  if (index < AXIS_FIRST || index >= AXIS_FIRST + AXES * AXIS_STEP) return 0;
+  o = &objects.axis[(index - AXIS_FIRST) / AXIS_STEP];
+  first = (uint16_t)(AXIS_FIRST + (index - AXIS_FIRST) % AXIS_STEP);
+  if (first == LIMITS) {
+    int32_t low = subindex == 1 ? (int32_t)value : o->position_limit[0];
+    int32_t high = subindex == 2 ? (int32_t)value : o->position_limit[1];
+    return low > high ? ABORT_MOST_BELOW_LEAST : 0;
+  }
+  if (first != PERIOD) return 0;
+  us = subindex == 1 ? period_us((uint8_t)value, o->period_index) : period_us(o->period_value, (int8_t)value);
+  return us < CYCLE_US ? ABORT_RANGE : 0;
 }
 
 /* The axis has this error from now on, 0: none; an emergency if that is new. */
@@ -77,16 +105,16 @@ void axis_leave_op(int n, uint16_t error) {
 }
 
 static int32_t clipped(struct axis *axis, const struct axis_objects *o, int32_t target) {
-  axis->limited = target < o->position_limit[0] || target > o->position_limit[1];
+  axis->limited = axis->clipped = target < o->position_limit[0] || target > o->position_limit[1];
   if (target < o->position_limit[0]) return o->position_limit[0];
   return target > o->position_limit[1] ? o->position_limit[1] : target;
 }
 
 /* A mode begins, from the present set-point. */
 static void begin_mode(struct axis *axis, int n) {
-  uint32_t period = axis_period(n);
-  float slope = axis->point.velocity * (CYCLE_S * (float)period);
-  axis->attained = axis->limited = false;
+  uint32_t period = axis_period_us(n);
+  float slope = axis->point.velocity * (1e-6f * (float)period);
+  axis->limited = axis->clipped = axis->behind = false;
   axis->control_was = objects.axis[n].controlword;
   profile_start(&axis->profile);
   if (axis->mode == MODE_CSV) {
@@ -98,31 +126,40 @@ static void begin_mode(struct axis *axis, int n) {
 
 void axis_enter_op(int n) { begin_mode(&axes[n], n); }
 
+static struct limits limits_of(const struct axis *axis, const struct axis_objects *o) {
+  return (struct limits){.speed = (float)o->max_velocity,
+                         .deceleration = (float)o->quick_stop_deceleration,
+                         .low = o->position_limit[0],
+                         .high = o->position_limit[1],
+                         .home = axis->home};
+}
+
 static void follow_position(struct axis *axis, const struct axis_objects *o, bool fresh, float rate) {
+  struct limits limits = limits_of(axis, o);
   struct interpolated out;
+  struct setpoint wanted;
   if (fresh) {
     int32_t target = clipped(axis, o, o->target_position);
     uint32_t raw = (uint32_t)target + (uint32_t)o->position_offset - (uint32_t)axis->home;
     interpolator_target(&axis->interpolator, (int32_t)raw);
   }
   interpolator_step(&axis->interpolator, &out);
-  axis->point.whole = out.whole;
-  axis->point.part = out.part;
-  axis->point.velocity = out.slope * rate;
-  axis->point.acceleration = out.bend * rate * rate;
+  wanted.whole = out.whole;
+  wanted.part = out.part;
+  wanted.velocity = out.slope * rate;
+  wanted.acceleration = out.bend * rate * rate;
+  axis->limited = limiter_follow(&axis->point, &wanted, &limits, &axis->behind) || axis->clipped;
 }
 
 static void follow_velocity(struct axis *axis, const struct axis_objects *o, bool fresh, float rate) {
+  struct limits limits = limits_of(axis, o);
   struct interpolated out;
-  float before = axis->point.velocity;
   if (fresh) {
     uint32_t target = (uint32_t)o->target_velocity + (uint32_t)o->velocity_offset;
     interpolator_target(&axis->interpolator, (int32_t)target);
   }
   interpolator_step(&axis->interpolator, &out);
-  axis->point.velocity = (float)out.whole + out.part;
-  axis->point.acceleration = out.slope * rate;
-  setpoint_advance(&axis->point, (before + axis->point.velocity) * (0.5f * CYCLE_S));
+  axis->limited = limiter_run(&axis->point, (float)out.whole + out.part, out.slope * rate, &limits);
 }
 
 static void home(struct axis *axis, const struct axis_objects *o, int32_t actual, uint16_t rising) {
@@ -179,8 +216,8 @@ static void run_mode(struct axis *axis, int n, const struct axis_feedback *feedb
 }
 
 static void measure(struct axis *axis, struct axis_objects *o, const struct axis_feedback *feedback) {
-  if (!axis->seen) axis->last_actual = feedback->position;
-  axis->seen = true;
+  if (!axis->motion.seen) axis->last_actual = feedback->position;
+  motion_take(&axis->motion, feedback->position);
   float speed = (float)(int32_t)((uint32_t)feedback->position - (uint32_t)axis->last_actual) * CYCLES_PER_S;
   axis->last_actual = feedback->position;
   axis->velocity += (speed - axis->velocity) * VELOCITY_FILTER;
@@ -204,9 +241,30 @@ static void supervise(struct axis *axis, int n, const struct axis_feedback *feed
   }
 }
 
+/* Whether the axis rests: its set-point does, and what is measured, or it cannot come to rest by its set-point. */
+static bool rests(const struct axis *axis) {
+  return axis->point.velocity == 0.0f && (motion_still(&axis->motion) || axis->settles >= SETTLE_CYCLES);
+}
+
+/* One cycle of a stop. It starts from where the axis is measured and as fast as it moves: after a
+ * following error the set-point may be far away and fast. */
+static void stop(struct axis *axis, int n, const struct axis_feedback *feedback, enum drive_ramp ramp) {
+  const struct axis_objects *o = &objects.axis[n];
+  if (!axis->stops || axis->stopping != axis->machine.state) {
+    axis->point = (struct setpoint){.whole = feedback->position, .velocity = motion_speed(&axis->motion)};
+    axis->settles = 0;
+  }
+  axis->stopping = axis->machine.state;
+  if (axis->point.velocity == 0.0f && axis->settles < SETTLE_CYCLES) ++axis->settles;
+  setpoint_brake(&axis->point,
+                 (float)(ramp == RAMP_PROFILE ? o->profile_acceleration : o->quick_stop_deceleration), CYCLE_S);
+  begin_mode(axis, n);
+}
+
 static uint16_t status_of(const struct axis *axis, const struct axis_objects *o) {
   uint16_t status = cia402_status(&axis->machine);
-  bool stops = cia402_ramp(&axis->machine, o) != RAMP_NONE, still = axis->point.velocity == 0.0f;
+  bool stops = cia402_ramp(&axis->machine, o) != RAMP_NONE;
+  bool still = (stops || axis->mode == MODE_HOMING) && rests(axis);
   bool runs = axis->machine.state == DRIVE_ENABLED && !stops;
   if (al_state() == AL_OP) status |= STATUS_REMOTE;
   if (axis->limited) status |= STATUS_LIMIT;
@@ -224,6 +282,7 @@ static uint16_t status_of(const struct axis *axis, const struct axis_objects *o)
       break;
     default:
       if (runs && axis->mode) status |= STATUS_MODE_12;
+      if (still) status |= STATUS_REACHED;
   }
   return status;
 }
@@ -239,7 +298,7 @@ void axis_cycle(int n, const struct axis_feedback *feedback, bool fresh, struct 
   enum drive_ramp ramp;
   *command = (struct axis_command){0};
   measure(axis, o, feedback);
-  cia402_step(&axis->machine, o, al_state() == AL_OP, axis->point.velocity == 0.0f);
+  cia402_step(&axis->machine, o, al_state() == AL_OP, rests(axis));
   if (feedback->fault) { /* cannot be reset while it lasts */
     axis_fault(n, feedback->fault);
   } else if (axis->machine.state == DRIVE_DISABLED) {
@@ -260,13 +319,12 @@ void axis_cycle(int n, const struct axis_feedback *feedback, bool fresh, struct 
   o->mode_display = axis->mode;
   ramp = cia402_ramp(&axis->machine, o);
   if (command->power && ramp != RAMP_NONE) {
-    setpoint_brake(&axis->point,
-                   (float)(ramp == RAMP_PROFILE ? o->profile_acceleration : o->quick_stop_deceleration),
-                   CYCLE_S);
-    begin_mode(axis, n);
+    stop(axis, n, feedback, ramp);
   } else if (command->power) {
     run_mode(axis, n, feedback, fresh, command);
   }
+  axis->stops = command->power && ramp != RAMP_NONE;
+  if (!axis->stops) axis->settles = 0;
   if (axis->mode == MODE_PROFILE_POSITION) profile_watch(&axis->profile, o, feedback->position);
   supervise(axis, n, feedback);
   o->statusword = status_of(axis, o);

@@ -21,7 +21,9 @@ void axis_enter_op(int n);
 /* OP is left: with an error code the axis faults, without it stops quickly. */
 void axis_leave_op(int n, uint16_t error);
 void axis_fault(int n, uint16_t error);
-/* Cycle of the master as object 60C2 tells it, in control cycles. */
-uint32_t axis_period(int n);
+/* Cycle of the master as object 60C2 gives it. */
+uint32_t axis_period_us(int n);
+/* 0, or the abort code of a value that its object refuses because of another value: 60C2. */
+uint32_t axis_check(uint16_t index, uint8_t subindex, uint32_t value);
 
 #endif

@@ -30,7 +30,7 @@ struct cia402 {
 #define CONTROL_HALT 0x0100u
 
 void cia402_start(struct cia402 *machine);
-/* One transition at most. remote: the controlword is valid (OP); standstill: the set-point stands still. */
+/* One transition at most. remote: the controlword is valid (OP); standstill: the axis rests. */
 void cia402_step(struct cia402 *machine, const struct axis_objects *axis, bool remote, bool standstill);
 /* Transition 13. */
 void cia402_fault(struct cia402 *machine);

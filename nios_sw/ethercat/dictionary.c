@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "application.h"
+#include "axis.h"
 #include "guard.h"
 #include "pdo.h"
 
@@ -163,6 +164,7 @@ uint32_t dictionary_put(const struct place *place, const uint8_t *from, uint32_t
   memcpy(&bits, from, bytes);
   if (!allowed(entry, bits)) return ABORT_RANGE;
   abort = pdo_check(place->index, entry->subindex, bits);
+  if (!abort) abort = axis_check(place->index, entry->subindex, bits);
   if (abort) return abort;
   guard = guard_enter();
   memcpy(place->data, from, bytes);
@@ -194,12 +196,13 @@ bool dictionary_writable(const struct object *object) {
   return false;
 }
 
-/* A list of process data takes its entries while its count is 0 and is checked with the count. */
+/* A list of process data takes its entries while its count is 0 and is checked with the count: without subindex 0 the
+ * access does not touch the count, so the list refuses it while it is in use. */
 uint32_t dictionary_put_all(uint16_t index, uint8_t first, const uint8_t *from, uint32_t bytes, bool preop) {
   static const uint8_t none;
   struct place place, count;
   uint32_t abort = dictionary_locate(index, 0, &count), at = 0;
-  bool counted = false;
+  bool counted;
   if (abort) return abort;
   if (first > 1 || count.object->kind == KIND_VAR) return ABORT_NO_SUBINDEX;
   if (!dictionary_writable(count.object)) return ABORT_READ_ONLY;
@@ -208,7 +211,7 @@ uint32_t dictionary_put_all(uint16_t index, uint8_t first, const uint8_t *from, 
     if (bytes < 2) return ABORT_TOO_SHORT;
     at = 2;
   }
-  if (counted) {
+  if (counted && first == 0) {
     abort = dictionary_put(&count, &none, 1, preop);
     if (abort) return abort;
   }

@@ -2,19 +2,24 @@
 /* Interpolation of targets, see interpolator.h. */
 #include "interpolator.h"
 
+#include "gen/objects.h"
+
 #define CYCLE 1024u
 
 /* Differences of targets wrap as positions do. */
 static int32_t minus(int32_t a, int32_t b) { return (int32_t)((uint32_t)a - (uint32_t)b); }
 static int32_t plus(int32_t a, int32_t b) { return (int32_t)((uint32_t)a + (uint32_t)b); }
 
-void interpolator_start(struct interpolator *ip, int32_t value, int32_t slope, uint32_t cycles) {
-  ip->p[1] = minus(value, slope / 2); /* in the middle of the period it is at the value */
+void interpolator_start(struct interpolator *ip, int32_t value, int32_t slope, uint32_t period_us) {
+  if (ip->period_us != period_us) { /* a division of 64 bits is too long for every cycle of a stop */
+    ip->period_us = period_us;
+    ip->span = (uint32_t)(((uint64_t)period_us * CYCLE + CYCLE_US / 2u) / CYCLE_US);
+    ip->per_span = 1.0f / (float)ip->span;
+  }
+  ip->p[1] = minus(value, (slope + (slope < 0)) >> 1); /* in the middle of the period it is at the value */
   ip->p[0] = minus(ip->p[1], slope);
   ip->p[2] = plus(ip->p[1], slope);
   ip->p[3] = plus(ip->p[2], slope);
-  ip->span = cycles * CYCLE;
-  ip->per_span = 1.0f / (float)ip->span;
   ip->step = CYCLE;
   ip->phase = ip->span / 2u;
   ip->has_next = false;

@@ -17,6 +17,7 @@
 struct interpolator {
   int32_t p[4], next;
   uint32_t phase, span, step; /* span is one period, in 1/1024 of a control cycle */
+  uint32_t period_us;         /* that span and per_span are of; 0 before the first start */
   float per_span;
   bool has_next, running;
   uint16_t missed; /* periods without a target */
@@ -29,7 +30,7 @@ struct interpolated {
 };
 
 /* Stands still at `value`, or goes on from it with `slope` (per period). */
-void interpolator_start(struct interpolator *ip, int32_t value, int32_t slope, uint32_t cycles);
+void interpolator_start(struct interpolator *ip, int32_t value, int32_t slope, uint32_t period_us);
 void interpolator_target(struct interpolator *ip, int32_t target);
 /* The next control cycle. */
 void interpolator_step(struct interpolator *ip, struct interpolated *out);

@@ -10,7 +10,9 @@
 
 /* Abort code for writing `value` to an object of the mapping, 0 for any other object. */
 uint32_t pdo_check(uint16_t index, uint8_t subindex, uint32_t value);
-/* Prepares the exchange as mapped now; bytes of the direction. */
+#define PDO_INVALID 0xFFFFu
+/* Prepares the exchange as mapped now; bytes of the direction, or PDO_INVALID if the master would write an object
+ * twice. */
 uint16_t pdo_prepare(int side);
 void pdo_outputs(const uint8_t *from);
 void pdo_inputs(uint8_t *to);

@@ -9,6 +9,7 @@
 #define CYCLE_S (CYCLE_US * 1e-6f)
 #define CYCLES_PER_MS (1000u / CYCLE_US)
 #define PLAN_CYCLES (SCURVE_STEPS + 2) /* to begin, steps, to change over */
+#define LEAST_CHANGE (1.0f / (1 << 23))
 #define NEW_TARGET 0x10u
 #define AT_ONCE 0x20u
 #define RELATIVE 0x40u
@@ -29,6 +30,8 @@ void setpoint_advance(struct setpoint *point, float way) {
 
 void setpoint_brake(struct setpoint *point, float deceleration, float cycle) {
   float step = deceleration * cycle, before = point->velocity;
+  float least = fabsf(before) * LEAST_CHANGE; /* of a float, so that every ramp ends */
+  if (step < least) step = least;
   if (fabsf(before) <= step) {
     point->velocity = 0.0f;
   } else {

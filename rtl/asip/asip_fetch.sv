@@ -106,7 +106,7 @@ module asip_fetch #(
   genvar l;
   generate
     for (l = 0; l < Lanes; l++) begin : gen_lane
-      (* no_rw_check *) logic [WordWidth-1:0] memory[0:Bundles-1];
+      (* ramstyle = "no_rw_check", no_rw_check *) logic [WordWidth-1:0] memory[0:Bundles-1];
       logic [WordWidth-1:0] read_f1_q, word_f2_q;
 
       always_ff @(posedge clk_i) begin

@@ -46,7 +46,7 @@ module asip_outputs #(
   logic [31:0] data_d, data_q;
   logic [WordWidth-1:0] word, read_q, host_read_q;
   logic [31:0] record_read_q, record_word_q;
-  (* no_rw_check *) logic [WordWidth-1:0] memory[0:127];
+  (* ramstyle = "no_rw_check", no_rw_check *) logic [WordWidth-1:0] memory[0:127];
 
   assign not_finite_o       = not_finite_q;
   assign not_finite_index_o = index_q;

@@ -21,7 +21,7 @@ module asip_regbank #(
   genvar p;
   generate
     for (p = 0; p < ReadPorts; p++) begin : gen_copy
-      (* no_rw_check *) logic [Width-1:0] memory[0:2**IndexWidth-1];
+      (* ramstyle = "no_rw_check", no_rw_check *) logic [Width-1:0] memory[0:2**IndexWidth-1];
       logic [Width-1:0] read_q;
 
       always_ff @(posedge clk_i) begin

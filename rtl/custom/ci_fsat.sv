@@ -28,6 +28,9 @@ module ci_fsat (
   logic unused_reset;
   assign unused_reset = reset_i;
 
+`ifdef QUARTUS
+  (* ramstyle = "MLAB" *)
+`endif
   logic [63:0] bounds[0:31];
   logic [63:0] read;
   assign read = bounds[readra_i?b_i : a_i];

@@ -158,6 +158,9 @@ module debug_capture #(
 
     // ---- sources: the slot of the word in data_q
     for (s = 0; s < Sources; s++) begin : gen_source
+`ifdef QUARTUS
+      (* ramstyle = "MLAB" *)
+`endif
       logic [31:0] memory[0:Channels-1];
       logic some_one, some_last;  // a channel takes it
       logic [2:0] slot_one, slot_last;

@@ -73,6 +73,9 @@ module debug_registers #(
   logic [31:0] config_word, other_word, count_word, word, read_q, runs_q;
   logic [1:0] count, select;
   logic [Registers-1:0] kept, ready;
+`ifdef QUARTUS
+  (* ramstyle = "MLAB" *)
+`endif
   logic [31:0] memory[0:Kept-1];
 
   assign in_csr        = in_block(address_i, debug_regmap_pkg::BASE_CSR,

@@ -35,6 +35,9 @@ module debug_send (
   logic write, add, sent;
   logic [7:0] place, word, add_data;
   logic [7:0] read_data;
+`ifdef QUARTUS
+  (* ramstyle = "MLAB" *)
+`endif
   logic [7:0] memory[0:511];
 
   assign ready_o = state_q == StOpen;

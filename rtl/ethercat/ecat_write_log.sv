@@ -24,7 +24,7 @@ module ecat_write_log #(
   localparam logic [3:0] Drain = 4'd14;
 
   // What is read while something is pushed is not used.
-  (* no_rw_check *)
+  (* ramstyle = "no_rw_check", no_rw_check *)
   logic [ecat_pkg::LOG_WIDTH-1:0] store_q[0:Depth-1];
   logic [ecat_pkg::LOG_WIDTH-1:0] entry_q;
   logic [Width:0] count_q, left_q;

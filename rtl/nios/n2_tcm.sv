@@ -22,7 +22,7 @@ module n2_tcm #(
   genvar i;
   generate
     for (i = 0; i < 4; i++) begin : gen_byte
-      (* no_rw_check *) logic [7:0] memory[0:Words-1];
+      (* ramstyle = "no_rw_check", no_rw_check *) logic [7:0] memory[0:Words-1];
 
       always @(posedge clk_i) begin
         if (a_en_i) begin

@@ -1,9 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-# Area and timing of asip_de3 on Stratix III: quartus_sh -t scripts/quartus/build.tcl
-# For Quartus II 13.1. The project and its reports asip_de3.{map,fit,sta}.rpt go to build/quartus.
+# Area and timing of asip_de3 on Stratix III, for Quartus II 13.1:
+#
+#   quartus_sh -t scripts/quartus/build.tcl          from the SystemVerilog sources
+#   quartus_sh -t scripts/quartus/build.tcl plain    from build/plain/quartus/asip_de3.v (make plain)
+#   quartus_sh -t scripts/quartus/build.tcl board    also an image for the board; needs pin locations
+#
+# Both words may be given. The project and its reports asip_de3.{map,fit,sta}.rpt go to build/quartus.
 # The sources of the ASIP are those of rtl/asip/asip.f; a tool that fails ends this script with its
 # error and exit status 1.
 load_package flow
+
+set words [expr {[info exists quartus(args)] ? $quartus(args) : {}}]
+foreach word $words {
+    if {$word ni {plain board}} { error "unknown word '$word'; there are plain and board" }
+}
 
 set revision asip_de3
 set scripts  [file dirname [file normalize [info script]]]
@@ -32,28 +42,58 @@ set_global_assignment -name TOP_LEVEL_ENTITY $revision
 set_global_assignment -name VERILOG_INPUT_VERSION SYSTEMVERILOG_2005
 set_global_assignment -name VERILOG_MACRO "SYNTHESIS=1"
 set_global_assignment -name VERILOG_MACRO "QUARTUS=1"
+set_global_assignment -name SEED 1
+
+# Worst corners of the device's commercial grade.
+set_global_assignment -name NOMINAL_CORE_SUPPLY_VOLTAGE 1.1V
+set_global_assignment -name MIN_CORE_JUNCTION_TEMP 0
+set_global_assignment -name MAX_CORE_JUNCTION_TEMP 85
+set_global_assignment -name TIMEQUEST_MULTICORNER_ANALYSIS ON
+set_global_assignment -name OPTIMIZE_MULTI_CORNER_TIMING ON
+set_global_assignment -name OPTIMIZE_HOLD_TIMING "ALL PATHS"
+
+# For speed. Registers may be duplicated but not moved: area and registers stay comparable.
 set_global_assignment -name OPTIMIZATION_TECHNIQUE SPEED
 set_global_assignment -name FITTER_EFFORT "STANDARD FIT"
-set_global_assignment -name SEED 1
+set_global_assignment -name PLACEMENT_EFFORT_MULTIPLIER 2.0
+set_global_assignment -name ROUTER_TIMING_OPTIMIZATION_LEVEL MAXIMUM
+set_global_assignment -name PHYSICAL_SYNTHESIS_EFFORT NORMAL
+set_global_assignment -name PHYSICAL_SYNTHESIS_COMBO_LOGIC ON
+set_global_assignment -name PHYSICAL_SYNTHESIS_REGISTER_DUPLICATION ON
+set_global_assignment -name PHYSICAL_SYNTHESIS_REGISTER_RETIMING OFF
+
+# Pins of the board that the design does not use are inputs with a weak pull-up.
+set_global_assignment -name RESERVE_ALL_UNUSED_PINS "AS INPUT TRI-STATED WITH WEAK PULL-UP"
 
 set board_files {
     rtl/board/board_pll.sv
     rtl/board/asip_de3.sv
 }
-foreach file [concat [file_list [file join $root rtl/asip/asip.f]] $board_files] {
-    set_global_assignment -name SYSTEMVERILOG_FILE [file join $root $file]
+if {"plain" in $words} {
+    set plain [file join $root build/plain/quartus $revision.v]
+    if {![file exists $plain]} { error "$plain is missing; run make plain" }
+    set_global_assignment -name VERILOG_FILE $plain
+} else {
+    foreach file [concat [file_list [file join $root rtl/asip/asip.f]] $board_files] {
+        set_global_assignment -name SYSTEMVERILOG_FILE [file join $root $file]
+    }
 }
 set_global_assignment -name SDC_FILE [file join $scripts asip.sdc]
 
 # Pins: real ones by name, every other port of the top is virtual. The first synthesis names them.
-execute_module -tool map
 source [file join $scripts pins.tcl]
 set real {}
 foreach pin $real_pins {
-    lassign $pin port location
+    lassign $pin port location standard
     lappend real $port
-    if {$location ne ""} { set_location_assignment $location -to $port }
+    set_instance_assignment -name IO_STANDARD $standard -to $port
+    if {$location ne ""} {
+        set_location_assignment $location -to $port
+    } elseif {"board" in $words} {
+        error "$port has no location; fill it in from the board's manual in scripts/quartus/pins.tcl"
+    }
 }
+execute_module -tool map
 foreach_in_collection id [get_names -filter * -node_type pin] {
     set name [get_name_info -info full_path $id]
     if {[lsearch -exact $real $name] < 0} {
@@ -65,4 +105,5 @@ export_assignments
 execute_module -tool map
 execute_module -tool fit
 execute_module -tool sta
+if {"board" in $words} { execute_module -tool asm }
 project_close

@@ -6,7 +6,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from asip_asm.command import command_parser
+from asip_asm.command import command, command_parser
 from sim.board.model import BOARDS, BoardRtl
 from sim.board.serial_device import SerialDevice
 from sim.harness.build import BuildError
@@ -22,6 +22,7 @@ exit status: 0 ended, 1 no model could be built, 2 wrong command line
 """
 
 
+@command("python -m sim.board")
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit status."""
     parser = command_parser("python -m sim.board", __doc__, EPILOG)

@@ -15,11 +15,12 @@ from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 
-from asip_asm.command import script_parser
+from asip_asm.command import command, script_parser
 from asip_asm.files import write_text
 from asip_asm.project import BUILD
 from sim.cocotb.runner import (
     FLAGS,
+    FOLDERS,
     OPTIMISATION,
     SIMULATORS,
     SimulatorError,
@@ -36,7 +37,7 @@ PARAMETER = re.compile(r"([A-Za-z]\w*)=(\d+)")
 
 def makefile(top: str, sim: str, parameters: dict[str, int]) -> str:
     """Text of the makefile. Raises SimulatorError, FileNotFoundError for a top without a file."""
-    sources = sources_of(top)
+    sources = sources_of(top, FOLDERS)
     lines = [f"COCOTB_TOPLEVEL = {top}", "TOPLEVEL_LANG = verilog"]
     if sim == "verilator":
         sources = [WAIVERS, *sources, *assertions_of(sources)]
@@ -60,6 +61,7 @@ def folder(top: str, sim: str, parameters: dict[str, int]) -> Path:
     return BUILD / "cocotb/make" / f"{top}-{sim}{values}"
 
 
+@command("python -m sim.cocotb")
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 with the path printed, 1 with an error."""
     parser = script_parser(__doc__, "python -m sim.cocotb asip --sim icarus")

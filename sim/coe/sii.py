@@ -15,8 +15,8 @@ BYTES = 2048
 STRINGS, GENERAL, FMMU, SYNC_MANAGER, TX_PDO, RX_PDO, CLOCK = 10, 30, 40, 41, 50, 51, 60
 END = 0xFFFF
 COE_PROTOCOL = 0x0004
-# CoE details: SDO, SDO information, PDO assignment, PDO configuration.
-COE_DETAILS = 0x01 | 0x02 | 0x04 | 0x08
+# CoE details: SDO, SDO information, PDO assignment, PDO configuration, complete access.
+COE_DETAILS = 0x01 | 0x02 | 0x04 | 0x08 | 0x20
 
 
 def crc8(data: bytes) -> int:
@@ -91,7 +91,9 @@ def general(device: Device, strings: Strings) -> bytes:
         *(strings.number(name) for name in names),
         0,
         COE_DETAILS,
-        *(0, 0, 0, 0, 0),  # FoE, EoE, three reserved
+        *(0, 0, 0),  # FoE, EoE, channels of SoE
+        head["axes"],  # channels of CiA 402
+        0,  # class of sync managers
         0,  # flags
         0,  # current of the E-bus
         *(0, 0),

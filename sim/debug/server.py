@@ -20,7 +20,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from asip_asm.assemble import assemble
-from asip_asm.command import command_parser
+from asip_asm.command import command, command_parser
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.image import Image, ImageError
 from asip_asm.isa import default_isa
@@ -133,6 +133,7 @@ def _settings(image: Image, settings: Sequence[str]) -> dict[int, int]:
     return words
 
 
+@command("python -m sim.debug.server")
 def main(arguments: Sequence[str] | None = None) -> int:
     """Command line; exit 0 interrupted, 1 for a program, value or port that does not work."""
     parser = command_parser("python -m sim.debug.server", __doc__)
@@ -148,7 +149,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         words = _settings(image, options.set)
         model = DebugRtl(image.configuration)
         server = Server(model, options.port)
-    except (AssemblyError, ImageError, CoreError, OSError, OverflowError) as error:
+    except (AssemblyError, ImageError, CoreError, OverflowError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
     model.load(image)

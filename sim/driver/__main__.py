@@ -7,7 +7,7 @@ import shutil
 import sys
 from pathlib import Path
 
-from asip_asm.command import command_parser
+from asip_asm.command import command, command_parser
 from asip_asm.isa import default_isa
 from sim.driver import DRIVER, simulated_core
 from sim.harness.build import BuildError
@@ -20,6 +20,7 @@ exit status: 0 written, 1 the model cannot be built or written, 2 wrong command 
 """
 
 
+@command("python -m sim.driver")
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit status."""
     parser = command_parser(
@@ -40,7 +41,7 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     try:
         shutil.copyfile(simulated_core(options.config), options.output)
-    except (BuildError, OSError) as error:
+    except BuildError as error:
         print(f"python -m sim.driver: error: {error}", file=sys.stderr)
         return 1
     return 0

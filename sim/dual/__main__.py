@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
+from asip_asm.command import command
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.isa import IsaError, default_isa
-from asip_asm.project import BUILD, PACKAGES
+from asip_asm.project import BUILD, ROOT
 from sim.command import add_override_option, add_robot_option
 from sim.dual.loop import Loop, follow, stretches_of
 from sim.dual.moves import PathNotSuitedError, moves_of
@@ -172,6 +173,7 @@ def _so_far(figures: Callable[[], dict[str, Any]], loop: Loop) -> dict[str, Any]
         }
 
 
+@command("python -m sim.dual")
 def main(argv: list[str] | None = None) -> int:
     """Command line; returns the exit code."""
     parser = argparse.ArgumentParser(
@@ -184,7 +186,7 @@ def main(argv: list[str] | None = None) -> int:
         "differs. results.json is written as it goes; a stopped run says there how far it got.",
     )
     parser.add_argument(
-        "gcode", type=Path, nargs="?", default=PACKAGES / "sim/paths/agh.ngc", help="path (RS-274)"
+        "gcode", type=Path, nargs="?", default=ROOT / "sim/paths/agh.ngc", help="path (RS-274)"
     )
     add_robot_option(parser, "dual")
     add_override_option(parser)
@@ -241,7 +243,7 @@ def main(argv: list[str] | None = None) -> int:
         text = f"{arguments.gcode}: {error}"
     except (GcodeErrors, WorkspaceError, ParameterError, AssemblyError, PageError, MarksError) as e:
         text = str(e)
-    except (BuildError, ControllerFault, AsipError, IsaError, OSError) as error:
+    except (BuildError, ControllerFault, AsipError, IsaError) as error:
         text = f"error: {error}"
     else:
         return 0

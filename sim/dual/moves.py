@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.path.curves import Arc, Block
+from sim.path.curves import MISSES, Arc, Block, Spiral
 from sim.planner.scurve import SCurve
 from sim.trajectory.exact_stop import MotionSettings, Trajectory, on_number_grid
 
@@ -72,6 +72,13 @@ def _move(block: Block, ticks: int, settings: MotionSettings) -> Move:
     stretch = ticks * settings.period / total
     way, half_turn = end - start, 0.0
     radius_start, radius_end, normal = np.zeros(3), np.zeros(3), np.zeros(3)
+    if isinstance(curve, Spiral):
+        move = block.move
+        raise PathNotSuitedError(
+            f"line {move.line}: the radii at both ends of an arc differ by "
+            f"{abs(curve.growth) * 1e3:.4f} mm; expected {MISSES * 1e3:g} mm at most; correct the "
+            "end or the centre"
+        )
     if isinstance(curve, Arc):
         first, second = curve.axes
         half_turn = curve.sweep / curve.length / 2.0

@@ -15,6 +15,7 @@ import sys
 from collections.abc import Sequence
 from contextlib import closing
 
+from asip_asm.command import command
 from sim.coe.dictionary import load
 from sim.ethercat.datagram import ARMW, BWR, single
 from sim.ethercat.gen import esc_regmap
@@ -125,6 +126,7 @@ def run(cycles: int) -> dict[str, object]:
         }
 
 
+@command("python -m sim.ethercat.dc_run")
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 if the slaves came to OP, 1 if not."""
     parser = command_line(__doc__, "dc_run --cycles 300")

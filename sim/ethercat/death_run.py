@@ -17,6 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 import pysoem
 
+from asip_asm.command import command
 from sim.coe.dictionary import load
 from sim.ethercat.device import DeviceRtl
 from sim.ethercat.device_run import GOAL, Trial
@@ -124,6 +125,7 @@ def run(ticks: int) -> dict[str, object]:
     }
 
 
+@command("python -m sim.ethercat.death_run")
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 when the device came back to OP."""
     parser = command_line(__doc__, "death_run")

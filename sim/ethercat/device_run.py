@@ -16,6 +16,7 @@ from collections.abc import Sequence
 
 import pysoem
 
+from asip_asm.command import command
 from asip_asm.project import ROOT
 from sim.coe.dictionary import Device, load
 from sim.coe.page import table
@@ -170,6 +171,7 @@ def publish() -> int:
     return 0
 
 
+@command("python -m sim.ethercat.device_run")
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 if the device did all, 1 if not."""
     parser = command_line(__doc__, "device_run --step 1")

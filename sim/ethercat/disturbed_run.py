@@ -15,6 +15,7 @@ import sys
 from collections.abc import Sequence
 from contextlib import closing
 
+from asip_asm.command import command
 from sim.coe.dictionary import load
 from sim.ethercat.gen import esc_regmap
 from sim.ethercat.line import DISTURBANCES, Line
@@ -122,6 +123,7 @@ def run(frames: int) -> dict[str, dict]:
             return found
 
 
+@command("python -m sim.ethercat.disturbed_run")
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 when it ran."""
     parser = command_line(__doc__, "disturbed_run --frames 5")

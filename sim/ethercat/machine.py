@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asip_asm.assemble import assemble
-from asip_asm.project import PACKAGES
+from asip_asm.project import ROOT
 from sim.coe.dictionary import Device
 from sim.ethercat.device import INPUT_WORDS
 from sim.ethercat.forces import PER_RATED, along_axes, with_torques
@@ -33,7 +33,7 @@ from sim.model.plant import Plant
 from sim.run.controller import AsipController
 
 AXES = 5
-PROGRAM = PACKAGES / "asip_asm/programs/tracking_optimised.s"
+PROGRAM = ROOT / "asip_asm/programs/tracking_optimised.s"
 INCREMENT = 0x2011
 POWER, TORQUE_ONLY = 0x10000, 0x20000  # TICK_POWER, TICK_TORQUE_ONLY
 FLAGS = slice(4 * AXES, 5 * AXES)

@@ -21,6 +21,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import Protocol
 
+from asip_asm.command import command
 from sim.coe.dictionary import Device, load
 from sim.coe.sii import image
 from sim.ethercat.gen import esc_regmap
@@ -121,6 +122,7 @@ def run(
             }
 
 
+@command("python -m sim.ethercat.master_loop")
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 if the slaves came to OP and no counter was wrong, 1 if not."""
     parser = command_line(__doc__, "master_loop --slaves 1 --cycles 100")

@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from asip_asm.command import command
 from asip_asm.files import replaced
 from sim.coe.dictionary import Device, load
 from sim.ethercat.device import DeviceRtl
@@ -173,6 +174,7 @@ def run(robot: Robot, ticks: int | None, capture: Path | None) -> tuple[dict[str
     return report, curves
 
 
+@command("python -m sim.ethercat.path_run")
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 if every axis stayed enabled and no counter was wrong, 1 if not."""
     parser = command_line(__doc__, "path_run --ticks 2000")

@@ -15,6 +15,7 @@ import sys
 from collections.abc import Sequence
 from contextlib import closing
 
+from asip_asm.command import command
 from sim.coe.dictionary import load
 from sim.ethercat.gen import esc_regmap
 from sim.ethercat.line import Line
@@ -59,6 +60,7 @@ def run(line: Line, cycles: int, cables: Sequence[int]) -> dict[str, object]:
     }
 
 
+@command("python -m sim.ethercat.redundant")
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 if the slaves stayed in OP and no counter was wrong, 1 if not."""
     parser = command_line(__doc__, "redundant --slaves 3 --cable 1")

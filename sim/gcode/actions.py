@@ -7,7 +7,7 @@ import itertools
 import math
 from dataclasses import replace
 
-from sim.gcode.arcs import Centre, arc_centre
+from sim.gcode.arcs import Centre, arc_centre, turns_of
 from sim.gcode.block import CYCLES, POLAR
 from sim.gcode.cycles import drill
 from sim.gcode.output import Output
@@ -114,6 +114,13 @@ class Actions:
         places = [values[letter] for letter in AXES + POLAR if letter in values] + arc_words
         if not places:
             self._check_alone(code, clean)
+            if absolute is not None and clean:
+                self.report(
+                    absolute,
+                    "G53 without a position",
+                    "X Y Z A C words, which it makes coordinates of the machine",
+                    "remove G53; it acts in its own block only",
+                )
             return
         if state.motion is None or state.motion == "G80":
             if clean:
@@ -183,7 +190,7 @@ class Actions:
             )
         elif clean:
             centre = arc_centre(self.state, motion, end, values, at)
-        self._run(motion, end, centre)
+        self._run(motion, end, centre, turns_of(self.state, values.get("P")))
 
     def spline(
         self, codes: dict[str, Word], values: dict[str, Word], at: Word, clean: bool
@@ -204,13 +211,13 @@ class Actions:
                 inner, merge = number > 0, move.merge if len(ends) == 1 else 0.0
                 self.output.put([replace(move, feed=feed, inner=inner, merge=merge)])
 
-    def _run(self, motion: Motion, end: Pose, centre: Centre | None = None) -> None:
+    def _run(self, motion: Motion, end: Pose, centre: Centre | None = None, turns: int = 1) -> None:
         """Moves to `end` in programmed coordinates, centre likewise."""
         if self.state.mistakes.found:  # a text with a mistake yields no program
             self.state.position = self.state.machine(end)
         else:
             try:
-                moves = program_moves(self.state, motion, end, centre)
+                moves = program_moves(self.state, motion, end, centre, turns)
             except TooManyPiecesError:
                 self.report(
                     self.output.at,

@@ -7,6 +7,7 @@ import math
 
 from sim.gcode.state import State
 from sim.gcode.words import OFFSETS, Word, WordReport
+from sim.path.curves import MISSES
 from sim.path.moves import MM_PER_INCH, Motion, Pose
 
 Centre = tuple[float, float]
@@ -16,8 +17,14 @@ Centre = tuple[float, float]
 # distance is allowed between an R-format chord and the diameter.
 ARC_TOLERANCE_MM = 0.002
 ARC_TOLERANCE_INCH = 0.0002
-# LinuxCNC's difference of the radii that it accepts at every size, in the centre format.
-CENTRE_TOLERANCE_MM = 0.005
+# Difference of the radii at both ends that LinuxCNC's rs274 accepts at every size, in the centre
+# format; of larger arcs RELATIVE of the radius, up to 100 times this. The arc is then a spiral.
+CENTRE_TOLERANCE_MM = 0.02 * math.sqrt(2)
+CENTRE_TOLERANCE_INCH = 0.002 * math.sqrt(2)
+RELATIVE = 0.001
+WHOLE = 1e-4  # distance from a whole number within which a number is one, as in rs274
+MAX_TURNS = 1000
+LARGEST_GROWTH = 0.1  # of the smaller radius: the end of a spiral shall not be its centre
 
 
 def arc_centre(
@@ -71,17 +78,37 @@ def arc_centre(
         )
         return None
     radius, end_radius = math.hypot(dx, dy), math.hypot(chord[0] - dx, chord[1] - dy)
-    tolerance = max(tolerance, CENTRE_TOLERANCE_MM)
-    if abs(radius - end_radius) > tolerance:
+    most = CENTRE_TOLERANCE_MM
+    if mm_per_unit == MM_PER_INCH:
+        most = CENTRE_TOLERANCE_INCH * MM_PER_INCH
+    greatest, least = max(radius, end_radius), min(radius, end_radius)
+    tolerance = min(max(most, RELATIVE * greatest), 100 * most, LARGEST_GROWTH * least)
+    if abs(radius - end_radius) > max(tolerance, MISSES * 1e3):
         report(
             at,
             f"the end of the arc is not on its circle: radius {radius:.4f} mm at the start, "
             f"{end_radius:.4f} mm at the end",
-            f"a difference of at most {tolerance:g} mm",
+            f"a difference of at most {tolerance:.4f} mm",
             "check the end point and the offsets from the start to the centre",
         )
         return None
     return start[first] + dx, start[second] + dy
+
+
+def turns_of(state: State, word: Word | None) -> int:
+    """P of G2 and G3: how many times the arc reaches its end; 1 without the word."""
+    if word is None:
+        return 1
+    turns = round(word.value)
+    if abs(word.value - turns) > WHOLE or not 1 <= turns <= MAX_TURNS:
+        state.report(
+            word,
+            "the number of turns is not valid",
+            f"a whole P from 1 to {MAX_TURNS}",
+            "P2 is the arc and a full turn more",
+        )
+        return 1
+    return turns
 
 
 def _centre_from_radius(

@@ -31,7 +31,7 @@ GROUPS = {
     "lathe": ("G7", "G8"),
     "retract": ("G98", "G99"),
     "single": ("G4", "G10", "G28", "G28.1", "G53", "G92", "G92.1", "G92.2", "G92.3"),
-    "stop": (*ENDS, *PAUSES, "M70", "M71", "M72", "M73"),
+    "stop": (*ENDS, *PAUSES, "M70", "M71", "M72", "M73", "M98", "M99"),
     "spindle": ("M3", "M4", "M5"),
     "coolant": ("M7", "M8", "M9"),
     "tool change": ("M6",),
@@ -45,7 +45,7 @@ _VALUE_LETTERS = AXES + OFFSETS + "RFNPQLSTHD" + POLAR
 _PLACE = AXES + POLAR
 _MOVES = {
     **dict.fromkeys(("G0", "G1"), _PLACE),
-    **dict.fromkeys(("G2", "G3"), _PLACE + OFFSETS + "R"),
+    **dict.fromkeys(("G2", "G3"), _PLACE + OFFSETS + "RP"),
     **{"G81": "XYZ@^RL", "G82": "XYZ@^RLP", "G83": "XYZ@^RLQ"},
     **{"G5": "XYIJPQ", "G5.1": "XYIJ", "G5.2": "XYPL", "G5.3": ""},
 }
@@ -53,12 +53,17 @@ _MOVES = {
 
 _ACTS = {
     **{"G10": AXES + "PLR", "G28": AXES, "G92": AXES, "G28.1": "", "G4": "P"},
-    **{"G43": "H", "G64": "PQ", "M50": "P"},
+    **{"G43": "H", "G64": "PQ", "M50": "P", "M98": "PL"},
     **dict.fromkeys(("G41", "G42", "G41.1", "G42.1"), "D"),
 }
 """Letters that another word uses."""
 
 _OWN_BLOCK = ("G10", "G28", "G28.1", "G92")  # no motion runs in their block
+
+
+def letters_of(code: str) -> str:
+    """Letters with values that a G or M word takes in its block."""
+    return _MOVES.get(code, "") + _ACTS.get(code, "")
 
 
 def sort_words(words: list[Word], report: WordReport) -> tuple[dict[str, Word], dict[str, Word]]:
@@ -142,9 +147,14 @@ def _check_line_number(word: Word, first: bool, report: WordReport) -> None:
 
 
 def check_unused(
-    values: dict[str, Word], codes: dict[str, Word], motion: str | None, report: WordReport
+    values: dict[str, Word],
+    codes: dict[str, Word],
+    motion: str | None,
+    feed: Word | None,
+    report: WordReport,
 ) -> None:
-    """Reports each word with a value that nothing in the block uses; motion: the one in force."""
+    """Reports each word with a value that nothing in the block uses; motion: the one in force;
+    feed: F under G93, which is for the block's own move."""
     acting = {word.code: _ACTS.get(word.code, "") for word in codes.values()}
     places = _PLACE if "G4" in acting else _PLACE + OFFSETS + "R"
     if motion in SPLINES:
@@ -154,6 +164,22 @@ def check_unused(
         acting[motion] = _MOVES.get(motion, _MOVES["G2"])
     if "G10" in acting and "L" in values and values["L"].value == 20.0:
         acting["G10"] = acting["G10"].replace("R", "")
+    if feed is not None and (motion not in acting or motion == "G0"):
+        report(
+            feed,
+            f"no move of the block uses {feed.text}",
+            "G1, G2, G3 or a spline in the block: under G93, F is for one block",
+            f"remove {feed.text}",
+        )
+    for letter in "PQL":
+        owners = [code for code, own in acting.items() if code and letter in own]
+        if letter in values and len(owners) > 1:
+            report(
+                values[letter],
+                f"{values[letter].text} belongs to {owners[0]} and to {owners[1]}",
+                f"one word with {letter} in a block",
+                f"move {owners[0]} to a block of its own",
+            )
     used = "".join(acting.values())
     owner = next((code for code, own in acting.items() if code and own), "this block")
     for letter, word in values.items():

@@ -243,7 +243,7 @@ class Compensation:
         if move.motion is not Motion.RAPID:
             turn = Motion.ARC_CW if self.side > 0 else Motion.ARC_CCW
             centre = self.contour.real, self.contour.imag
-            corner = replace(corner, motion=turn, plane=self.plane, centre=centre)
+            corner = replace(corner, motion=turn, plane=self.plane, centre=centre, turns=1)
         self._hold(corner, end)
         self._release(end)
         return replace(move, inner=True)

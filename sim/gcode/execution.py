@@ -49,6 +49,8 @@ class Frame:
     open: list[Open] = field(default_factory=list)
     state: Modes | None = None  # M70, M73
     restores: bool = False  # that at the end, as M73 asks for
+    times: int = 0  # that a subprogram of M98 runs again
+    begin: int | None = None  # place of its first line
 
 
 class Execution:
@@ -171,6 +173,14 @@ class Execution:
             if frame.open:
                 open_ = frame.open[-1]
                 self.fail_open(open_.line, open_.head, CLOSING[open_.kind])
+            if frame.begin is not None:
+                self.mistakes.place(*frame.line)
+                self.fail(
+                    frame.head,
+                    f"the subprogram O{frame.label} has no end",
+                    "M99 after its last block",
+                    "write M99; the file may be truncated",
+                )
 
     def count(self, head: Head) -> None:
         self.idle += 1

@@ -13,6 +13,10 @@ subroutine's own. `return [v]`, with any label, and `endsub [v]` leave #<_value>
 whole file, others in the subroutine (or main program) they stand in. Subroutines in other files
 are not looked for.
 
+A line with O and a number alone begins a subprogram of M98 P L, as Fanuc's controls and LinuxCNC
+have them; it ends at M99, and comes after the call. It has the caller's numbered parameters and
+names of its own. In the main program such a line is a number without effect.
+
 Lines that do not run, those of a branch not taken or a subroutine not called, are not read for
 mistakes. A mistake in an O word ends the reading; so does an O word behind a mistake.
 
@@ -27,7 +31,7 @@ from collections.abc import Iterator
 from sim.gcode.branches import Branches
 from sim.gcode.errors import MistakeError, Mistakes
 from sim.gcode.execution import Execution, FlowStop, Line
-from sim.gcode.oword import ARGUMENTS, O_LINE, HeadReader
+from sim.gcode.oword import ARGUMENTS, NUMBER, O_LINE, HeadReader
 from sim.gcode.state import State
 from sim.gcode.subroutines import Subroutines
 
@@ -41,6 +45,7 @@ class Flow(Execution):
     def __init__(self, source: Iterator[Line], mistakes: Mistakes, state: State) -> None:
         super().__init__(source, mistakes, state)
         branches, subroutines = Branches(self), Subroutines(self)
+        self.subroutines = subroutines
         self._acts = {  # by keyword, with the least and the greatest number of values behind it
             "if": (branches.if_, 1, 1),
             "elseif": (branches.elseif, 0, 0),  # its value is read where no branch has run
@@ -57,6 +62,7 @@ class Flow(Execution):
             "endsub": (subroutines.endsub, 0, 1),
             "call": (subroutines.call, 0, ARGUMENTS),
             "return": (subroutines.return_, 0, 1),
+            NUMBER: (subroutines.number, 0, 0),
         }
 
     def lines(self) -> Iterator[Line]:

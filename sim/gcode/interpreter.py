@@ -40,6 +40,7 @@ from sim.gcode.execution import FlowStop
 from sim.gcode.expressions import Key, shown
 from sim.gcode.flow import Flow
 from sim.gcode.modes import select_modes, set_feed, tool_number
+from sim.gcode.oword import Head
 from sim.gcode.state import State
 from sim.gcode.subroutines import RETURNED, VALUE
 from sim.gcode.tools import NO_TOOLS, Tool
@@ -206,6 +207,9 @@ class _Parser:
         self._set_parameters(settings)
         if not words:
             return
+        if "stop" in codes and codes["stop"].code in ("M98", "M99"):
+            self._subprogram(codes["stop"], words, values, clean)
+            return
         if "stop" in codes and codes["stop"].code in ("M70", "M73"):
             self.flow.frame.state = self.state.saved()
             self.flow.frame.restores |= codes["stop"].code == "M73"
@@ -220,12 +224,14 @@ class _Parser:
             values["X"] = replace(values["X"], value=values["X"].value / 2)
         self.output.at = codes.get("motion") or words[0]
         self.output.select(codes, values)
-        set_feed(self.state, values.pop("F", None))
+        feed = values.pop("F", None)
+        set_feed(self.state, feed)
         single, motion = codes.get("single"), codes.get("motion")
         spline = motion is not None and motion.code in SPLINES
         if clean and len(self.mistakes.found) == known:
             mode = motion.code if spline else self.state.motion
-            check_unused(values, codes, mode, self.state.report)
+            inverse = self.state.modes.inverse_time and not self.actions.splines.open
+            check_unused(values, codes, mode, feed if inverse else None, self.state.report)
         clean = clean and len(self.mistakes.found) == known
         if spline or self.actions.splines.open:
             self.actions.spline(codes, values, motion or words[0], clean)
@@ -236,7 +242,49 @@ class _Parser:
         if "stop" in codes:
             self._stop(codes["stop"], words, clean)
 
-    # Stops, saved state
+    # Stops, saved state, subprograms
+
+    def _alone(self, word: Word, words: list[Word], letters: str) -> bool:
+        """Whether a word has its block for itself, except N and the letters; reports if not."""
+        others = [other for other in words if other is not word and other.letter not in letters]
+        if others:
+            self.state.report(
+                others[0],
+                f"{word.code} shares its block",
+                f"{word.code} alone",
+                f"move {others[0].text} to a block of its own",
+            )
+        return not others
+
+    def _subprogram(
+        self, word: Word, words: list[Word], values: dict[str, Word], clean: bool
+    ) -> None:
+        """M98 P L and M99."""
+        call = word.code == "M98"
+        if not self._alone(word, words, "NPL" if call else "N") or not clean:
+            return
+        head = Head(0, word.code, word.column, word.text)
+        if not call:
+            self.flow.subroutines.end_numbered(head)
+            return
+        label, times = values.get("P"), values.get("L")
+        for number in (label or word, times):
+            if number is not None and (number.value != int(number.value) or number.value < 0):
+                self.state.report(
+                    number,
+                    f"M98 with {number.text}",
+                    "whole numbers of at least 0",
+                    "write for instance M98 P100 L2",
+                )
+                return
+        if label is None:
+            self.state.report(
+                word, "M98 without P", "P with the number of the subprogram", "M98 P100 calls O100"
+            )
+        elif times is None or times.value:
+            count = int(times.value) if times else 1
+            head = replace(head, label=int(label.value))
+            self.flow.subroutines.call_numbered(head, self.state.block, count)
 
     def _stop(self, word: Word, words: list[Word], clean: bool) -> None:
         code = word.code
@@ -250,15 +298,9 @@ class _Parser:
         elif code == "M71":
             self.flow.frame.state, self.flow.frame.restores = None, False
         elif code == "M72":
-            others = [other for other in words if other is not word and other.letter != "N"]
-            if others:
-                self.state.report(
-                    others[0],
-                    "M72 shares its block",
-                    "M72 alone",
-                    f"move {others[0].text} to a block of its own",
-                )
-            elif self.flow.frame.state is None:
+            if not self._alone(word, words, "N"):
+                return
+            if self.flow.frame.state is None:
                 self.state.report(
                     word,
                     "there is no saved state",

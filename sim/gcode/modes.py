@@ -33,6 +33,8 @@ def select_modes(state: State, codes: dict[str, Word], values: dict[str, Word]) 
         elif group == "arc distance":
             modes.absolute_centres = code == "G90.1"
         elif group == "feed mode":
+            if modes.inverse_time != (code == "G93"):
+                modes.feed = None  # the number means something else now
             modes.inverse_time = code == "G93"
         elif group == "coordinate system":
             if SYSTEMS.index(code) != modes.system_index:  # as rs274: the one in force stays

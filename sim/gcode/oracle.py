@@ -28,6 +28,7 @@ from pathlib import Path
 
 import numpy as np
 
+from asip_asm.command import command
 from asip_asm.files import read_text, write_text
 from sim.gcode.interpreter import GcodeErrors, parse
 from sim.gcode.oracle_splines import Point
@@ -276,7 +277,8 @@ def ours(text: str) -> list[Record]:
                 records.append(("G5", (move.feed, *move.start[:2])))
             records[-1] = "G5", (*records[-1][1], *move.end[:2])
         elif move.motion.is_arc:
-            records.append((move.motion.value, (*move.end, *move.centre, *feed)))
+            kind = move.motion.value + (f" P{move.turns}" if move.turns > 1 else "")
+            records.append((kind, (*move.end, *move.centre, *feed)))
         elif max(abs(a - b) for a, b in zip(move.start, move.end, strict=True)) > DIGITS:
             records.append((move.motion.value, (*move.end, *feed)))
     return records + [_dwell(dwell) for _, dwell in dwells]
@@ -399,6 +401,7 @@ def compare_samples() -> Samples:
     return found
 
 
+@command("python -m sim.gcode.oracle")
 def main(argv: list[str] | None = None) -> int:
     """Run the command; returns its exit status."""
     parser = argparse.ArgumentParser(
@@ -427,9 +430,6 @@ def main(argv: list[str] | None = None) -> int:
             status = max(status, int(bool(found)))
     except (OracleError, GcodeErrors) as error:
         sys.stderr.write(f"{parser.prog}: error: {error}\n")
-        return 1
-    except OSError as error:
-        sys.stderr.write(f"{error.filename}: error: {error.strerror}\n")
         return 1
     return status
 

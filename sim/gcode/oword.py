@@ -9,9 +9,10 @@ from dataclasses import dataclass
 from sim.gcode.expressions import Key
 from sim.gcode.words import LineReader
 
+NUMBER = ""  # keyword of a line with a number alone, where a subprogram of M98 begins
 ARGUMENTS = 30  # #1 to #30 belong to a subroutine
 
-O_LINE = re.compile(r"[ \t]*(?:[nN][ \t]*\d+\.?\d*[ \t]*)?[oO]")
+O_LINE = re.compile(r"[ \t]*/?[ \t]*(?:[nN][ \t\d.]*)?[oO]")
 _KEYWORD = re.compile(r"[ \t]*([A-Za-z]+)")
 
 CLOSING = {"if": "endif", "while": "endwhile", "do": "while", "repeat": "endrepeat"}
@@ -43,6 +44,8 @@ class HeadReader(LineReader):
         keyword = _KEYWORD.match(self.source, self.at)
         text = self.source[begin : self.at].rstrip()
         known = keyword.group(1).lower() if keyword else ""
+        if keyword is None and self._peek() in ("", "(", ";") and isinstance(label, int):
+            return Head(label, NUMBER, begin + 1, text)
         if known not in _KEYWORDS:
             self._fail(
                 "the O word has no known keyword",

@@ -14,7 +14,7 @@ from sim.path.moves import Motion, Move, Pose
 
 
 def program_moves(
-    state: State, motion: Motion, end: Pose, centre: Centre | None = None
+    state: State, motion: Motion, end: Pose, centre: Centre | None = None, turns: int = 1
 ) -> list[Move]:
     """Moves to `end` in programmed coordinates, centre likewise; the position is then there."""
     finish = state.end_in_frame(end)
@@ -25,20 +25,25 @@ def program_moves(
         placed = state.in_frame(point)
         centre = placed[first], placed[second]
     make = _table_moves if state.modes.in_table_frame else machine_moves
-    return make(state, motion, finish, centre)
+    return make(state, motion, finish, centre, turns)
 
 
 def machine_moves(
-    state: State, motion: Motion, end: Pose, centre: Centre | None = None
+    state: State, motion: Motion, end: Pose, centre: Centre | None = None, turns: int = 1
 ) -> list[Move]:
     """The move to `end` in machine coordinates; the position is then there."""
     start, state.position = state.position, end
-    move = _move(state, motion, start, end, centre)
+    move = _move(state, motion, start, end, centre, turns)
     return [move if motion is Motion.RAPID else replace(move, feed=_feed(state, move))]
 
 
 def _move(
-    state: State, motion: Motion, start: Pose, end: Pose, centre: Centre | None = None
+    state: State,
+    motion: Motion,
+    start: Pose,
+    end: Pose,
+    centre: Centre | None = None,
+    turns: int = 1,
 ) -> Move:
     """The move with the modes in force, without a feed."""
     modes = state.modes
@@ -54,6 +59,7 @@ def _move(
         modes.merge,
         exact_stop=modes.exact_stop,
         override=modes.override,
+        turns=turns,
     )
 
 
@@ -65,9 +71,11 @@ def _feed(state: State, move: Move) -> float:
     return modes.feed if move.turns_only_the_table else modes.feed * modes.feed_mm_per_unit
 
 
-def _table_moves(state: State, motion: Motion, finish: Pose, centre: Centre | None) -> list[Move]:
+def _table_moves(
+    state: State, motion: Motion, finish: Pose, centre: Centre | None, turns: int
+) -> list[Move]:
     """The move in pieces that are straight for the machine; finish in table coordinates."""
-    whole = _move(state, motion, state.frame_position(), finish, centre)
+    whole = _move(state, motion, state.frame_position(), finish, centre, turns)
     straight = Motion.RAPID if motion is Motion.RAPID else Motion.LINEAR
     # Minutes of the whole move at its feed, as the tool sees it on the work piece.
     length = _length(whole)

@@ -56,10 +56,20 @@ _TABLE = (
     ("M53", "a switch of feed stop", f"no operator stops the feed here; {_OVERRIDE}"),
     ("M61", "a change of the tool's number", "use T and M6"),
     ("M62 M63 M64 M65 M66 M67 M68", "a digital or analog signal", _IO),
-    ("M97 M98", "a subprogram call of Fanuc controls", "write O100 sub ... O100 endsub, O100 call"),
-    ("M99", "the end of a Fanuc subprogram", "write O100 endsub, or O100 return"),
+    ("M97", "a call of lines of the program", "write O100 sub ... O100 endsub, O100 call"),
 )
 _WORDS = {code: (name, cure) for codes, name, cure in _TABLE for code in codes.split()}
+
+# (words, why): those that are read and change nothing.
+IGNORED = (
+    ("M3 M4 M5 S", "the spindle has no output here; a negative S is refused"),
+    ("M7 M8 M9", "the coolant has no output here"),
+    ("N", "a number of the block; only comments and people refer to it"),
+    ("O0001", "a number of the program, alone in the line before the first block; elsewhere such "
+     "a line begins a subprogram of M98"),
+    ("/", "block delete is off, as in a LinuxCNC that has just started; the block runs"),
+    ("( ) ;", "comments, except (abort, text), which stops the program"),
+)  # fmt: skip
 
 _LETTERS = {
     "B": ("an axis about Y", f"this machine has none; {_AXIS}"),
@@ -75,6 +85,16 @@ def known_word(code: str) -> tuple[str, str] | None:
     if code.startswith("M") and code[1:].isdigit() and 100 <= int(code[1:]) <= 199:
         return "a program of the user's own", _IO
     return _WORDS.get(code)
+
+
+def refused_words() -> list[tuple[str, str, str]]:
+    """The G and M words that other controls have: codes, what they are, why or what instead."""
+    return [*_TABLE, ("M100 to M199", *known_word("M100"))]
+
+
+def refused_letters() -> list[tuple[str, str, str]]:
+    """The same for letters."""
+    return [(letter, *known) for letter, known in _LETTERS.items()]
 
 
 def known_letter(letter: str) -> tuple[str, str] | None:

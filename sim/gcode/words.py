@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Words of a G-code line: letters with values (NISTIR 6556, 3.3; expressions.py), settings.
 
+As in LinuxCNC, blanks inside numbers do not count (X1 000. is X1000), and a `/` first in the line
+changes nothing: block delete is off.
+
 Settings `#n = value` of a line take effect behind it; all reads of the line see the old values.
 """
 
@@ -11,7 +14,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from sim.gcode.errors import MistakeError
+from sim.gcode.errors import MistakeError, Report
 from sim.gcode.expressions import FUNCTIONS, LETTERS, Key, ValueReader
 
 OFFSETS = "IJK"  # of the centre of an arc
@@ -40,11 +43,27 @@ _NUMBER_RUN = re.compile(r"[ \t]*([+\-.\d]+)")
 _PLAIN_WORD = re.compile(r"([A-NP-Za-np-z@^])[ \t]*([+-]?(?:\d+\.?\d*|\.\d+))(?![.\d+\-])")
 _STRAY_RUN = re.compile(r"[^ \t(;]+")
 _ABORT = re.compile(r"\(abort,", re.IGNORECASE)
+_SPLIT_NUMBER = re.compile(
+    r"\([^()]*+\)|;.*|[+\-][ \t]++[\d.]++(?:[ \t]++[\d.]++)*+|(?<![\d.])[\d.]++(?:[ \t]++[\d.]++)++"
+)
+_BLOCK_DELETE = re.compile(r"[ \t]*/")
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)")
+
+
+def _joined(match: re.Match[str]) -> str:
+    """A number without its blanks, as long as before; comments as they are."""
+    text = match.group()
+    return text if text[0] in "(;" else "".join(text.split()).ljust(len(text))
 
 
 class LineReader(ValueReader):
     """Reads the words of one line."""
+
+    def __init__(self, source: str, report: Report, read: Callable[[Key], float | None]) -> None:
+        joined = _SPLIT_NUMBER.sub(_joined, source)
+        deleted = _BLOCK_DELETE.match(joined)
+        at = deleted.end() if deleted else 0
+        super().__init__(" " * at + joined[at:], report, read)
 
     def words(self) -> tuple[list[Word], list[tuple[Key, float, int, str]]]:
         """Words in order, and settings (parameter, value, column, text)."""
@@ -96,7 +115,7 @@ class LineReader(ValueReader):
         self.at = begin + len(text)
         help = "remove it or put it into a comment ( )"
         if text[0] == "/":
-            help = "block delete is outside the accepted subset; remove the / or the line"
+            help = "block delete is a / at the start of the line"
         elif text[0] in "[]=*<>":
             help = "an expression follows a letter, such as X[1 + 2], or a setting, #1 = [1 + 2]"
         self._fail(

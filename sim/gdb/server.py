@@ -72,6 +72,20 @@ class Connection:
         self.send(self._last)
 
 
+def once(events: list[Event]) -> list[Event]:
+    """Events without packets that are repeated at once.
+
+    A debugger that waits for the start of this process repeats its first packet. Two answers to it
+    would make it take each later answer for that of the packet before.
+    """
+    following = [*events[1:], None]
+    return [
+        event
+        for event, after in zip(events, following, strict=True)
+        if event.kind != "packet" or event != after
+    ]
+
+
 class Server:
     """Serves one debugger after the other until the program ends or a debugger kills it."""
 
@@ -97,6 +111,7 @@ class Server:
         return None
 
     def _session(self, connection: Connection, session: Session) -> int | None:
+        begun = False
         while not session.over:
             if session.running:
                 self._advance(connection, session)
@@ -104,8 +119,10 @@ class Server:
                     connection.finish()
                     return self._ended()
             if connection.ready(0 if session.running else None):
-                for event in connection.receive():
+                events = connection.receive()
+                for event in events if begun else once(events):
                     self._event(connection, session, event)
+                begun = True
         connection.finish()
         self.running = not session.killed
         return 0 if session.killed and not session.extended else None

@@ -114,6 +114,10 @@ class Target:
             return False
         if self.pc in self._saved:
             here = self.pc
+            if self._passed_over(self._saved[here]):
+                self.pc += 4
+                self.module.leave(self.pc, step)
+                return True
             self.module.write_words(here, [self._saved[here]])
             self.module.leave(here, True)
             self._until_halt("a step did not end")
@@ -122,7 +126,7 @@ class Target:
                 step or self.stop.reason != "halt"
             ):  # The next instruction may have a breakpoint too.
                 return False
-        elif self.stop == Stop("break", self.pc):
+        elif self.stop.reason in ("break", *BREAKPOINTS) and self._at_break():
             self.pc += 4
         self.module.leave(self.pc, step)
         return True
@@ -134,10 +138,15 @@ class Target:
         return "hwbreak" if self.pc in self._comparators else ""
 
     def _at_break(self) -> bool:
-        if not self._memory("itcm", self.pc, 4):
+        """Whether the program's own instruction at the pc is a `break` that stops it once."""
+        if not self._memory("itcm", self.pc, 4) or self.pc in self._saved:
             return False
-        (word,) = self.module.read_words(self.pc, 1)
-        return ISA.find(word) is BREAK and self.pc not in self._saved
+        return self._passed_over(self.module.read_words(self.pc, 1)[0])
+
+    @staticmethod
+    def _passed_over(word: int) -> bool:
+        """Whether an instruction is a `break` that does not end the program."""
+        return ISA.find(word) is BREAK and word != BREAK.encode(1)
 
     def forget(self) -> None:
         """Remove all breakpoints and watchpoints."""

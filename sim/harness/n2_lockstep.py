@@ -23,6 +23,7 @@ from pathlib import Path
 
 import numpy as np
 
+from asip_asm.command import command
 from asip_asm.files import write_bytes
 from sim.harness.n2_lockstep_isa import OP_CUSTOM, default_isa
 from sim.harness.n2_lockstep_rtl import DTCM, ITCM, N2Rtl
@@ -218,6 +219,7 @@ def lockstep(
     return LockstepResult(comparison.done, status, int(last["cycle"]))
 
 
+@command("python -m sim.harness.n2_lockstep")
 def main(arguments: Sequence[str] | None = None) -> int:
     """Command line; exit 0 equal, 1 for a difference or a file that does not fit."""
     parser = argparse.ArgumentParser(

@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from asip_asm.command import command
 from asip_asm.files import write_text
 from sim.harness.n2_lockstep_program import BT, EA, ISA, RA, Program, prologue
 from sim.harness.n2_lockstep_rtl import DTCM, N2Rtl
@@ -185,6 +186,7 @@ def page_text(document: str, rtl: N2Rtl, file: Path = DOCUMENT) -> str:
     return between_marks(document, {"cycles": f"\n{table(rtl)}\n\n"}, file)
 
 
+@command("python -m sim.harness.n2_lockstep_cycles")
 def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog="python -m sim.harness.n2_lockstep_cycles",
@@ -196,7 +198,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         text = page_text(options.document.read_text(encoding="utf-8"), N2Rtl(), options.document)
         write_text(options.document, text)
-    except (OSError, ValueError) as error:
+    except ValueError as error:
         print(error, file=sys.stderr)
         return 1
     return 0

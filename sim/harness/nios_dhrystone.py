@@ -11,6 +11,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+from asip_asm.command import command
 from asip_asm.files import write_text
 from sim.harness.build import BuildError
 from sim.harness.nios_image import ImageError, load
@@ -58,6 +59,7 @@ def measure(platform: str) -> Dhrystone:
     )
 
 
+@command("python -m sim.harness.nios_dhrystone")
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog="python -m sim.harness.nios_dhrystone",
@@ -72,7 +74,7 @@ def main(arguments: list[str] | None = None) -> int:
         result = measure(options.platform)
         options.output.parent.mkdir(parents=True, exist_ok=True)
         write_text(options.output, json.dumps(asdict(result), indent=2) + "\n")
-    except (ImageError, NiosError, BuildError, OSError) as error:
+    except (ImageError, NiosError, BuildError) as error:
         console.print(f"error: {error}", markup=False, highlight=False)
         return 1
     console.print(

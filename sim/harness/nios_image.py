@@ -18,6 +18,7 @@ from pathlib import Path
 from elftools.elf.elffile import ELFFile
 from elftools.elf.sections import SymbolTableSection
 
+from asip_asm.command import command
 from asip_asm.files import write_text
 from asip_asm.project import BUILD, ROOT
 from sim.harness.n2_lockstep_isa import default_isa
@@ -187,6 +188,7 @@ def save(program: Program, folder: Path) -> list[Path]:
     return list(texts)
 
 
+@command("python -m sim.harness.nios_image")
 def main(arguments: list[str] | None = None) -> int:
     """Command line; returns the exit status."""
     parser = argparse.ArgumentParser(
@@ -203,7 +205,7 @@ def main(arguments: list[str] | None = None) -> int:
             save(program, options.output)
             sizes = ", ".join(f"{4 * len(w)} bytes in {m}" for m, w in program.memories.items())
             print(f"{options.output / program.name}.lst: {sizes}")
-    except (ImageError, OSError) as error:
+    except ImageError as error:
         print(error, file=sys.stderr)
         return 1
     return 0

@@ -89,8 +89,8 @@ def profile(core: NiosRtl, program: Program, ticks: int, tick_cycles: float) -> 
     return Profile(_lines(by_function, ticks), _lines(by_kind, ticks), tick_cycles)
 
 
-def tables(result: Profile, title: str) -> list[Table]:
-    """The two tables for a terminal."""
+def tables(result: Profile, title: str, rows: int | None = None) -> list[Table]:
+    """The two tables for a terminal, with so many rows at most."""
     written = []
     for head, lines in (("function", result.functions), ("instructions", result.kinds)):
         table = Table(title=f"{title}: {result.tick_cycles:.0f} cycles, by {head}")
@@ -98,7 +98,7 @@ def tables(result: Profile, title: str) -> list[Table]:
         for column in ("cycles", "share", "instructions", "cycles each"):
             table.add_column(column, justify="right")
         total = sum(line.cycles for line in lines)
-        for line in lines:
+        for line in lines[:rows]:
             table.add_row(
                 line.name,
                 f"{line.cycles:.0f}",

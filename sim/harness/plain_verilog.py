@@ -26,16 +26,20 @@ def write_plain(
     name: str = "",
     folders: Sequence[Path] = (RTL,),
     more: Sequence[str] = (),
+    defines: Sequence[str] = (),
+    boxes: Sequence[Path] = (),
 ) -> None:
     """Write `top` with those parameters to `file` as a module `name`, by default as the top.
 
-    folders: where the sources are; more: commands of Yosys for the design that was written. Raises
+    folders: where the sources are; more: commands of Yosys for the design that was written;
+    defines: macros next to SYNTHESIS; boxes: files of modules that stay instances. Raises
     PlainError.
     """
     name = name or top
-    sources = [f"read_verilog -sv -DSYNTHESIS {path}" for path in sources_of(top, folders)]
+    macros = " ".join(f"-D{macro}" for macro in ("SYNTHESIS", *defines))
     script = [
-        *sources,
+        *(f"read_verilog -sv {macros} {path}" for path in sources_of(top, folders)),
+        *(f"read_verilog -lib {path}" for path in boxes),
         *(f"chparam -set {k} {literal(v)} {top}" for k, v in (parameters or {}).items()),
         "read_verilog -lib +/ecp5/cells_bb.v",  # the PLL of a board stays an instance
         f"hierarchy -check -top {top}; proc; flatten; opt_clean; check -assert",

@@ -21,7 +21,7 @@ from pathlib import Path
 
 import pywellen
 
-from asip_asm.command import command_parser
+from asip_asm.command import command, command_parser
 from asip_asm.files import write_text
 from asip_asm.image import Image
 from asip_asm.image import ImageError as AsipImageError
@@ -192,6 +192,7 @@ def write(path: Path, program: Path | None = None) -> list[Path]:
     return list(texts)
 
 
+@command("python -m sim.harness.wave_layout")
 def main(arguments: list[str] | None = None) -> int:
     """Command line; returns the exit status."""
     parser = command_parser("python -m sim.harness.wave_layout", __doc__)
@@ -202,7 +203,7 @@ def main(arguments: list[str] | None = None) -> int:
         if not options.waves.is_file():
             raise FileNotFoundError(f"{options.waves}: error: no such file; WAVES=1 writes waves")
         print("\n".join(map(str, write(options.waves, options.program))))
-    except (OSError, ImageError, AsipImageError) as error:
+    except (ImageError, AsipImageError) as error:
         print(error, file=sys.stderr)
         return 1
     return 0

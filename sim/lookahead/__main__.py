@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 from rich.console import Console
 from rich.table import Table
 
-from asip_asm.command import command_parser
+from asip_asm.command import command, command_parser
 from asip_asm.files import open_output, refuse_overwriting
 from sim.command import (
     add_override_option,
@@ -221,6 +221,7 @@ def _show(document: dict[str, Any], console: Console) -> None:
         console.print(table)
 
 
+@command("python -m sim.lookahead")
 def main(argv: list[str] | None = None) -> int:
     """Run the command; returns its exit status."""
     parser = _arguments()
@@ -249,7 +250,7 @@ def main(argv: list[str] | None = None) -> int:
                 with open_output(arguments.json) as file:
                     file.write(text)
             status = int(any(row["ratio"] > 1.001 for row in document.get("limits", ())))
-    except (OSError, ValueError) as error:
+    except ValueError as error:
         return failed(parser.prog, error)
     return status
 

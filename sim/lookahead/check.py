@@ -9,6 +9,7 @@ Distances are from the moves as programmed, in path space (sim/path/blend.py) [m
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -21,7 +22,7 @@ from sim.lookahead.planner import Setpoints
 from sim.model.kinematics import inverse
 from sim.model.parameters import Robot
 from sim.path.blend import SCALE
-from sim.path.curves import Curve, FloatArray, curve_of, to_si
+from sim.path.curves import Arc, FloatArray, curve_of, to_si
 from sim.path.moves import Move
 
 QUANTITIES = ("speed", "acceleration", "jerk")
@@ -167,16 +168,17 @@ def from_line(q: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
     return np.linalg.norm(q - start - np.clip(along, 0.0, 1.0)[..., None] * way, axis=-1)
 
 
-def _from_arc(q: FloatArray, curve: Curve) -> FloatArray:
+def _from_arc(q: FloatArray, curve: Arc) -> FloatArray:
     """Distances (n,) of points (n, 5) from an arc: the nearest of many places, then Newton.
 
     In both halves, because a full circle has two places for the points about its start.
     """
-    places = np.linspace(0.0, curve.length, 33)
+    count = 16 * math.ceil(abs(curve.sweep) / (2 * math.pi))
+    places = np.linspace(0.0, curve.length, 2 * count + 1)
     points = curve.evaluate(places)[0] * SCALE
     away = np.linalg.norm(q[:, None] - points, axis=2)
     found = []
-    for half in (slice(0, 17), slice(16, 33)):
+    for half in (slice(0, count + 1), slice(count, 2 * count + 1)):
         s = places[half][away[:, half].argmin(axis=1)]
         for _ in range(5):
             point, first, second = (value * SCALE for value in curve.evaluate(s))

@@ -58,12 +58,7 @@ def pieces_of(parts: list[tuple[Element, float, float]]) -> Pieces:
     for element, begin, end in parts:
         s = np.array([begin, (begin + end) / 2, end])
         q, d1, d2 = element.segment.at(s)
-        # A circle's third derivative: the circular part of the first, turned twice.
-        rate = element.segment.curve.sweep / element.segment.length
-        circular = d1.copy()
-        others = [n for n in range(5) if n not in element.segment.curve.axes]
-        circular[:, others] = 0.0
-        values.append((q, d1, d2, -(rate**2) * circular))
+        values.append((q, d1, d2, element.segment.third(s)))
     return Pieces(*(np.array(v) for v in zip(*values, strict=True)), feed=feed, share=share)
 
 

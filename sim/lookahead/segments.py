@@ -17,6 +17,7 @@ from sim.gcode.arcs import ARC_TOLERANCE_MM
 from sim.path.blend import SCALE
 from sim.path.curves import (
     FULL_TURN_BELOW,
+    MISSES,
     Arc,
     Curve,
     FloatArray,
@@ -62,6 +63,10 @@ class Segment:
             return self.start + s[:, None] * self.direction, zero + self.direction, zero
         point, first, second = self.curve.evaluate(s / self.ratio)
         return point * SCALE, first * SCALE / self.ratio, second * SCALE / self.ratio**2
+
+    def third(self, s: FloatArray) -> FloatArray:
+        """Third derivative of an arc by the length, (n, 5), in path space."""
+        return self.curve.third(s / self.ratio) * SCALE / self.ratio**3
 
 
 class Segments:
@@ -238,12 +243,14 @@ def _on_its_circle(move: Move) -> Move:
     square = ux * ux + uy * uy
     cx, cy = move.centre
     radius = math.hypot(ax - cx, ay - cy)
-    if math.sqrt(square) <= FULL_TURN_BELOW * radius:
+    growth = math.hypot(bx - cx, by - cy) - radius
+    if math.sqrt(square) <= FULL_TURN_BELOW * radius or abs(growth) > MISSES * 1e3:
         return move
     off = ((cx - (ax + bx) / 2) * ux + (cy - (ay + by) / 2) * uy) / square
     moved = abs(off) * math.sqrt(square)
     left = ux * (cy - ay) - uy * (cx - ax)  # > 0: the centre is on the left of the chord
     less_than_half = left > 0.0 if move.motion is Motion.ARC_CCW else left < 0.0
+    less_than_half &= move.turns == 1
     if moved > (0.1 * radius if less_than_half else ARC_TOLERANCE_MM):
         return move
     return replace(move, centre=(cx - off * ux, cy - off * uy))

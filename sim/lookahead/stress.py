@@ -21,7 +21,7 @@ import numpy as np
 from rich.console import Console
 from rich.progress import track
 
-from asip_asm.command import command_parser
+from asip_asm.command import command, command_parser
 from sim.command import interruptible
 from sim.lookahead.check import ROUNDING, Deviation, demand
 from sim.lookahead.planner import Lookahead
@@ -172,6 +172,7 @@ def odd_block(block: int, settings: LookaheadSettings) -> float:
     return time
 
 
+@command("python -m sim.lookahead.stress")
 def main(argv: list[str] | None = None) -> int:
     """Command line; exit code 1 if a program broke a limit or left P."""
     prog = "python -m sim.lookahead.stress"

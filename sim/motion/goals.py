@@ -22,6 +22,7 @@ from rich import box
 from rich.markup import escape
 from rich.table import Table
 
+from asip_asm.command import command
 from asip_asm.files import write_text
 from asip_asm.project import ROOT
 from sim.gcode.oracle import OracleError
@@ -105,6 +106,7 @@ def markdown(entries: Sequence[Mapping[str, Any]]) -> str:
     return "\n".join([*lines, "", ""])
 
 
+@command("python -m sim.motion.goals")
 def main(argv: list[str] | None = None) -> int:
     """Command line; returns the exit code."""
     parser = argparse.ArgumentParser(

@@ -21,6 +21,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from asip_asm.command import command
 from asip_asm.files import write_text
 from sim.command import add_robot_option, interruptible
 from sim.drive import figures as drive_figures
@@ -222,6 +223,7 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
     console.print(f"figures:        {out / 'results.json'}")
 
 
+@command("python -m sim.motion.show")
 def main(argv: list[str] | None = None) -> int:
     """Command line; returns the exit code."""
     parser = argparse.ArgumentParser(
@@ -248,7 +250,7 @@ def main(argv: list[str] | None = None) -> int:
     except ParameterError as error:
         console.print(str(error), markup=False, highlight=False)
         return 1
-    except (ShowError, BuildError, MotionError, OSError) as error:
+    except (ShowError, BuildError, MotionError) as error:
         console.print(f"error: {error}", markup=False, highlight=False)
         return 1
     return 0

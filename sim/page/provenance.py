@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+BUILT_FROM = ROOT / "COMMIT"  # in a wheel and a source package: the text that `commit` returned
 UNKNOWN = "unknown: the sources are not in a git repository of their own"
 
 
@@ -25,7 +26,7 @@ def _own_repository() -> bool:
 def commit() -> str:
     """Short hash of the sources' commit, whether they differ from it; or that there is none."""
     if not _own_repository():
-        return UNKNOWN
+        return BUILT_FROM.read_text(encoding="utf-8") if BUILT_FROM.is_file() else UNKNOWN
     try:
         found = subprocess.run(
             ["git", "describe", "--always", "--abbrev=12", "--exclude=*", "--dirty=+"],

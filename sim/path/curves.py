@@ -12,7 +12,7 @@ table axis turns faster than its own limit.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -24,6 +24,10 @@ FloatArray = NDArray[np.float64]
 
 # LinuxCNC's CIRCLE_FUZZ: an arc that turns less is a full turn.
 FULL_TURN_BELOW = 1e-6
+# m; greatest difference of the radii at both ends with which an arc is no spiral.
+MISSES = 5e-6
+_PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
+_PLACES, _WEIGHTS = (_PLACES + 1) / 2, _WEIGHTS / 2
 # m; a shorter arc, as cutter compensation leaves of a hole of the tool's size, is none.
 POINT = 1e-12
 
@@ -69,8 +73,8 @@ class Line:
 class Arc:
     """Circular arc or helix from start to end (5,): sweep [rad] > 0 turns axes[0] to axes[1].
 
-    The end programmed may miss the circle by the tolerance of the reader; that rest is spread
-    evenly over the arc, so the arc ends where it was told to.
+    The end programmed may miss the circle by MISSES at most; that rest is spread evenly over the
+    arc, so the arc ends where it was told to.
     """
 
     start: FloatArray
@@ -106,6 +110,65 @@ class Arc:
             direction[:, axis] = self.radius * rate * slope + (rest[1] - rest[0]) / self.length
             bend[:, axis] = -self.radius * rate**2 * value
         return point, direction, bend
+
+    def third(self, s: FloatArray) -> FloatArray:
+        """Third derivative by s (n, 5): the circular part of the first, turned twice."""
+        first = self.evaluate(s)[1]
+        others = [n for n in range(5) if n not in self.axes]
+        first[:, others] = 0.0
+        return -((self.sweep / self.length) ** 2) * first
+
+
+@dataclass(frozen=True, eq=False)
+class Spiral(Arc):
+    """Arc whose radius grows evenly with its angle, by `growth` in all, as LinuxCNC runs an arc
+
+    whose ends are not equally far from its centre. The other axes follow the angle.
+    """
+
+    growth: float = 0.0
+
+    def _rate(self, u: FloatArray) -> FloatArray:
+        """Length per share u of the angle."""
+        c = self.growth**2 + (self.end - self.start)[3 - sum(self.axes)] ** 2
+        return np.sqrt((self.sweep * (self.radius + self.growth * u)) ** 2 + c)
+
+    def whole(self) -> float:
+        """Length of the curve; Gauss's rule is exact to rounding, because the rate bends little."""
+        return float(self._rate(_PLACES) @ _WEIGHTS)
+
+    def _derivatives(self, s: FloatArray) -> tuple[FloatArray, list[FloatArray], list[FloatArray]]:
+        """Shares u at the lengths s, derivatives of u by s and of the point by u, up to third."""
+        u = s / self.length
+        for _ in range(4):
+            run = self._rate(u[:, None] * _PLACES) @ _WEIGHTS * u
+            u = np.clip(u - (run - s) / self._rate(u), 0.0, 1.0)
+        f, g, w = self._rate(u), self.growth, self.sweep
+        radius = self.radius + g * u
+        bent = w * w * radius * g
+        by_length = [1 / f, -bent / f**4, ((2 * bent / f**3) ** 2 - (w * g / f**2) ** 2) / f]
+        cos, sin = self._circle(u)
+        points = [np.zeros((len(s), 5)) for _ in range(4)]
+        points[0], points[1] = _between(self.start, self.end, u), points[1] + self.end - self.start
+        for axis, centre, out, along in (
+            (self.axes[0], self.centre[0], cos, -sin),
+            (self.axes[1], self.centre[1], sin, cos),
+        ):
+            points[0][:, axis] = centre + radius * out
+            points[1][:, axis] = g * out + radius * w * along
+            points[2][:, axis] = 2 * g * w * along - radius * w * w * out
+            points[3][:, axis] = -3 * g * w * w * out - radius * w**3 * along
+        ends = np.where(u[:, None] < 0.5, self.start, self.end)
+        points[0] = np.where((u[:, None] == 0.0) | (u[:, None] == 1.0), ends, points[0])
+        return u, [value[:, None] for value in by_length], points
+
+    def evaluate(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        _, (u1, u2, _), (point, p1, p2, _) = self._derivatives(s)
+        return point, p1 * u1, p2 * u1**2 + p1 * u2
+
+    def third(self, s: FloatArray) -> FloatArray:
+        _, (u1, u2, u3), (_, p1, p2, p3) = self._derivatives(s)
+        return p3 * u1**3 + 3 * p2 * u1 * u2 + p1 * u3
 
 
 @dataclass(frozen=True)
@@ -149,11 +212,17 @@ def _arc(move: Move) -> Arc:
     sweep = turn % (2 * math.pi)
     if sweep < FULL_TURN_BELOW:
         sweep += 2 * math.pi
+    sweep += 2 * math.pi * (move.turns - 1)
     if move.motion is Motion.ARC_CW:
         sweep = -sweep
     rise = end[3 - first - second] - start[3 - first - second]
     length = math.hypot(radius * sweep, rise)
-    return Arc(start, end, axes, centre, radius, begin, sweep, length)
+    arc = Arc(start, end, axes, centre, radius, begin, sweep, length)
+    growth = math.hypot(end[first] - centre[0], end[second] - centre[1]) - radius
+    if abs(growth) <= MISSES:
+        return arc
+    spiral = Spiral(**vars(arc), growth=growth)
+    return replace(spiral, length=spiral.whole())
 
 
 def curve_of(move: Move) -> Curve | None:

@@ -15,7 +15,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from asip_asm.command import command_parser
+from asip_asm.command import command, command_parser
 from asip_asm.files import open_output, replaced
 from sim.command import failed, interruptible, output
 from sim.planner.optimal import Limits, time_optimal
@@ -252,6 +252,7 @@ def _core_table(plan: RampTimePlan, configuration: str) -> tuple[Table, int]:
     return table, int(run.cycles[0])
 
 
+@command("python -m sim.planner")
 def main(argv: list[str] | None = None) -> int:
     """Run the command; returns its exit status."""
     parser = _arguments()
@@ -274,7 +275,7 @@ def main(argv: list[str] | None = None) -> int:
             console.print(results_table(figures(arguments.figures)))
         if given:
             _show(arguments, console)
-    except (OSError, ValueError) as error:
+    except ValueError as error:
         return failed(parser.prog, error)
     return 0
 

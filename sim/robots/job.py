@@ -16,7 +16,7 @@ from asip_asm.isa import default_isa
 from asip_asm.model.compiler import Options, compile_law
 from asip_asm.model.law import Law
 from asip_asm.model.program import Built, build
-from asip_asm.project import PACKAGES
+from asip_asm.project import ROOT
 from asip_asm.report import report_program
 from sim.model.parameters import Robot
 from sim.prove_program import COUNT, Proof, Sample, prove
@@ -33,7 +33,7 @@ COMPILE_SECONDS = 60.0
 WITHIN = COUNT // 2  # inputs of the proof at which an output is inside its limits
 SECONDS = 2.0  # of motion in closed loop, at least
 RATIO = 1.05
-PROGRAMS = PACKAGES / "asip_asm/programs"
+PROGRAMS = ROOT / "asip_asm/programs"
 HAND_WRITTEN = PROGRAMS / "tracking_optimised.s"
 HAND_WRITTEN_CYCLES = 112
 CYCLES = {"own_printed": 214, "own_optimised": 124, "iiwa14": 245, "panda": 310, "ur5": 225}

@@ -10,7 +10,7 @@ import numpy as np
 
 from asip_asm.assemble import assemble
 from asip_asm.model.compiler import Compiled
-from asip_asm.project import PACKAGES
+from asip_asm.project import ROOT
 from sim.gcode.interpreter import parse
 from sim.model.parameters import Robot
 from sim.model.records import OUTPUTS, SetPoints
@@ -22,7 +22,7 @@ from sim.run.job import PROGRAMS, set_points
 from sim.run.results import compare
 from sim.trajectory.program import plan
 
-PATH = PACKAGES / "sim/paths" / TARGET_PATH
+PATH = ROOT / "sim/paths" / TARGET_PATH
 ASSEMBLY = {"own_printed": "tracking_as_printed", "own_optimised": "tracking_optimised"}
 """The assembly program with the equations of each law."""
 

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import argparse
-import errno
 import signal
 import sys
 from pathlib import Path
@@ -12,9 +11,9 @@ from types import FrameType
 
 from rich.console import Console
 
-from asip_asm.command import INTERRUPTED, command_parser, count
+from asip_asm.command import INTERRUPTED, cause_of, command_parser, count
 from asip_asm.diagnostics import AssemblyError
-from asip_asm.project import BUILD, PACKAGES
+from asip_asm.project import BUILD, ROOT
 from sim.command import add_override_option, add_robot_option
 from sim.gcode.tools import add_tools_option
 from sim.harness.build import BuildError
@@ -65,7 +64,7 @@ def _arguments() -> argparse.ArgumentParser:
         "gcode",
         type=Path,
         nargs="?",
-        default=PACKAGES / "sim/paths/agh.ngc",
+        default=ROOT / "sim/paths/agh.ngc",
         help="path, G-code (sim/paths/agh.ngc)",
     )
     add_robot_option(parser, "run")
@@ -105,11 +104,6 @@ def _arguments() -> argparse.ArgumentParser:
     return parser
 
 
-def _in_build(name: str | None) -> bool:
-    """Whether a file is where models are built."""
-    return name is not None and Path(name).absolute().is_relative_to(BUILD)
-
-
 def main(argv: list[str] | None = None) -> int:
     """Command line; returns the exit status."""
     order = Order(**vars(_arguments().parse_args(argv)))
@@ -123,10 +117,7 @@ def main(argv: list[str] | None = None) -> int:
     try:
         data = run(order, console)
     except OSError as error:
-        cause = error.strerror or str(error)
-        if error.errno in (errno.EROFS, errno.EACCES) and _in_build(error.filename):
-            cause += "; copy the checkout to a folder of your own, or make it writable"
-        return stopped(f"{error.filename}: error: {cause}" if error.filename else f"error: {cause}")
+        return stopped(f"error: {cause_of(error)}")
     except (PathError, ParameterError, AssemblyError, ImageError) as error:
         text = str(error)
         return stopped(text if ": error: " in text else f"error: {text}")

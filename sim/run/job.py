@@ -19,7 +19,7 @@ from rich.console import Console
 from asip_asm.assemble import assemble
 from asip_asm.files import read_bytes, write_text
 from asip_asm.image import Image
-from asip_asm.project import PACKAGES
+from asip_asm.project import ROOT
 from sim.gcode.interpreter import parse
 from sim.gcode.tools import NO_TOOLS, tool_file
 from sim.harness.asip_rtl import AsipRtl
@@ -42,7 +42,7 @@ from sim.scope.tap import Place, TapSource
 from sim.trajectory.path_limits import limited_by
 from sim.trajectory.program import ProgramPath, plan
 
-PROGRAMS = PACKAGES / "asip_asm/programs"
+PROGRAMS = ROOT / "asip_asm/programs"
 MOST_TEXT = 100_000_000  # bytes of a program
 MANY_STOPS = 20  # from which on G64 is told of
 # Task that runs a program of FPGA3 -> key in results.json; source in PROGRAMS: tracking_<key>.s.

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from asip_asm.command import count, script_parser
+from asip_asm.command import command, count, script_parser
 from asip_asm.files import write_text
 from sim.harness.build import BuildError
 from sim.harness.nios_image import IMAGES, ImageError, load, read_elf
@@ -18,6 +18,7 @@ from sim.harness.nios_rtl import PLATFORMS, NiosError
 from sim.run.nios import profile_path
 
 
+@command("python -m sim.run.nios_profile")
 def main(arguments: list[str] | None = None) -> int:
     prog = "python -m sim.run.nios_profile"
     parser = script_parser(__doc__, f"{prog} fpga1 --ticks 100", prog)
@@ -34,7 +35,7 @@ def main(arguments: list[str] | None = None) -> int:
         name = options.program or f"tracking_{options.platform}"
         program = read_elf(Path(name)) if name.endswith(".elf") else load(name, IMAGES)
         result = profile_path(options.platform, program, options.first, options.ticks)
-    except (ImageError, NiosError, BuildError, OSError, ValueError) as error:
+    except (ImageError, NiosError, BuildError, ValueError) as error:
         console.print(f"error: {error}", markup=False, highlight=False)
         return 1
     for table in tables(result, f"{program.name}, mean tick of {options.ticks}"):

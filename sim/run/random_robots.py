@@ -17,7 +17,7 @@ import numpy as np
 from rich.console import Console
 
 from asip_asm.assemble import assemble
-from asip_asm.command import command_parser
+from asip_asm.command import command, command_parser
 from asip_asm.diagnostics import AssemblyError
 from sim.harness.build import BuildError
 from sim.harness.nios_image import ImageError
@@ -187,6 +187,7 @@ def rows(outcomes: Iterable[Outcome]) -> list[str]:
     return ["| " + " | ".join(line) + " |" for line in lines]
 
 
+@command("python -m sim.run.random_robots")
 def main(argv: list[str] | None = None) -> int:
     """Command line; returns the exit status."""
     status = "exit status: 0 every bound holds, 1 a run has failed, 3 a bound is exceeded"

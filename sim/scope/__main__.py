@@ -10,7 +10,7 @@ import math
 import sys
 from pathlib import Path
 
-from asip_asm.command import command_parser
+from asip_asm.command import command, command_parser
 from asip_asm.image import Image
 from sim import guard
 from sim.command import interruptible, output
@@ -93,7 +93,7 @@ def _scope(arguments: argparse.Namespace) -> int:
             arguments.before,
         )
         listening = server.bind(arguments.port)
-    except (LinkError, DebugError, ValueError, OverflowError, OSError) as error:
+    except (LinkError, DebugError, ValueError, OverflowError) as error:
         text = str(error)
         errors.print(text if "error: " in text else f"error: {text}")
         return 1
@@ -104,6 +104,7 @@ def _scope(arguments: argparse.Namespace) -> int:
     return 0
 
 
+@command("asip-scope")
 def main(argv: list[str] | None = None) -> int:
     """Command line; returns the exit status."""
     arguments = _arguments().parse_args(argv)

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from asip_asm.command import script_parser
+from asip_asm.command import command, script_parser
 from asip_asm.model.read import ModelError
 from asip_asm.project import BUILD
 from sim.goals import as_json, missed, terminal_table, write_goals
@@ -32,6 +32,7 @@ from sim.servo.start_up import StartUpError
 More = Callable[[Robot, Drives, bool, Rows, Callable[[str], None]], dict]
 
 
+@command("python -m sim.servo")
 def main(
     argv: Sequence[str] | None = None,
     prog: str = "python -m sim.servo",
@@ -61,7 +62,7 @@ def main(
             shown = measure(robot, drives, options.full, rows, console.print)
         further = more(robot, drives, options.full, rows, console.print)
         late = delays(robot, drives)
-    except (ParameterError, ModelError, ControllerFault, StartUpError, OSError) as error:
+    except (ParameterError, ModelError, ControllerFault, StartUpError) as error:
         text = str(error)
         text = text if ": error: " in text else f"error: {text}"
         console.print(text, style="red", markup=False, soft_wrap=True)

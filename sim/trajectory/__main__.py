@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from rich.table import Table
 
+from asip_asm.command import command
 from asip_asm.files import open_output, refuse_overwriting
 from sim.command import (
     add_override_option,
@@ -114,6 +115,7 @@ def _write_csv(trajectory: Trajectory, path: Path) -> None:
         np.savetxt(file, values, fmt="%.17g", delimiter=",", header=",".join(columns), comments="")
 
 
+@command("python -m sim.trajectory")
 def main(argv: list[str] | None = None) -> int:
     """Run the command; 0, or 1 after a mistake in the program or the options."""
     parser = _arguments()
@@ -141,7 +143,7 @@ def main(argv: list[str] | None = None) -> int:
         trajectory = generate(program, settings, MOST_SHOWN)
         if arguments.csv is not None:
             _write_csv(trajectory, arguments.csv)
-    except (OSError, ValueError) as error:
+    except ValueError as error:
         return failed(parser.prog, error)
     console = output()
     console.print(_block_table(trajectory))

@@ -116,14 +116,24 @@ def verify(
 
 
 CASES = [(c, name) for c in CONFIGURATIONS for name in producers(c)]
+DEPTHS = [False, pytest.param(True, marks=pytest.mark.full)]
 
 
+def distances(ranks: int, beyond: int, every: bool) -> list[int]:
+    """Bundles from the producer, 1 to `ranks` + `beyond`; the short set takes those at either end.
+
+    In between nothing but the length of the wait changes.
+    """
+    return [d for d in range(1, ranks + beyond + 1) if every or d <= 2 or d >= ranks - 1]
+
+
+@pytest.mark.parametrize("every", DEPTHS)
 @pytest.mark.parametrize(("configuration", "name"), CASES)
-def test_read_after_write__any_distance__waits_for_the_result_only(configuration, name):
+def test_read_after_write__any_distance__waits_for_the_result_only(configuration, name, every):
     producer, integer = producers(configuration)[name]
     ranks = latency(configuration, producer)
     for consumer, operations in consumers(configuration, destination(producer), integer).items():
-        for distance in range(1, ranks + 5):
+        for distance in distances(ranks, 4, every):
             bundles = [
                 producer,
                 *fillers(distance - 1),

@@ -125,7 +125,7 @@ def test_no_data_word_left_to_spill__names_the_value():
     for value in values:
         build.output("mov", value)
     machine = replace(with_banks(FAST, 3), data_words=0)
-    with pytest.raises(AllocationError, match="no data word left to spill 'x2'"):
+    with pytest.raises(AllocationError, match="there is no word left for 'x2'"):
         arrange(build.program, machine, in_order=True)
 
 

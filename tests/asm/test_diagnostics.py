@@ -200,3 +200,23 @@ def test_page__states_every_limit_and_every_warning() -> None:
         assert rows[what] == f"{number:,}".replace(",", " "), what
     shown = f"{limits.ERRORS}, {limits.ERRORS_SHOWN}"
     assert rows["errors before the assembler gives up, causes shown"] == shown
+
+
+def test_message__with_characters_that_a_terminal_obeys__shows_others(
+    tmp_path, monkeypatch
+) -> None:
+    source = '.program "x"\n.input x\n bogus\x1b]0;title\x07 \u202e\x9b y\n halt\n'
+    said = report(tmp_path, source, monkeypatch)
+    assert not set(said) & set("\x1b\x07\x9b\u202e")
+    first, line, caret = said.splitlines()[:3]
+    assert first == "x.s:3:7: error: character U+001B means nothing here"
+    assert line.endswith(" bogus\ufffd]0;title\ufffd \ufffd\ufffd y")
+    assert caret.index("^") == line.index("\ufffd")
+
+
+@pytest.mark.parametrize("character", ["\x1b", "\t", "\x7f"])
+def test_string__with_a_control_character__is_refused(character, tmp_path, monkeypatch) -> None:
+    """No image may have one."""
+    source = f'.program "a{character}b"\n.input x\n.output F, safe = 0.0\n mov F, x\n halt\n'
+    said = report(tmp_path, source, monkeypatch)
+    assert f"error: a string has no character U+{ord(character):04X}" in said

@@ -14,7 +14,7 @@ from cocotb.triggers import RisingEdge
 from cocotb.utils import get_sim_time
 
 from asip_asm.gen.asip_regmap import REGMAP
-from asip_asm.project import PACKAGES
+from asip_asm.project import ROOT
 from sim.cocotb import golden
 from sim.cocotb.asip import Asip, AsipMonitor
 from sim.cocotb.clocked import word
@@ -38,8 +38,8 @@ from tests.asip.tracking_path import reversing_path
 from tests.bench.seed import SEED
 from tests.cocotb.unit_tb import operands
 
-PROGRAMS = PACKAGES / "asip_asm/programs"
-LEG = PACKAGES / "sim/driver/leg_length.s"
+PROGRAMS = ROOT / "asip_asm/programs"
+LEG = ROOT / "sim/driver/leg_length.s"
 # Cycles of one tick, whatever the data are.
 CYCLES = {
     ("fast", "as_printed"): 204,

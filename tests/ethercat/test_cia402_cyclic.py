@@ -11,6 +11,7 @@ import pytest
 from scipy.interpolate import BPoly
 
 from tests.ethercat.drives import CSP, CST, CSV, HOMING, PP, TICK, Drives
+from tests.ethercat.host import AbortedError
 
 
 def master_path(count: int) -> np.ndarray:
@@ -30,6 +31,7 @@ def test_csp__runs_the_quintic_of_scipy_and_its_acceleration_is_continuous(perio
     drives.put(0x60C2, 1, period)
     drives.put(0x60C2, 2, -4)
     drives.put(0x6065, 0, 0xFFFFFFFF)
+    drives.put(0x607F, 0, 2_000_000_000)  # the fastest path of this test
     drives.enable()
     drives.follow(10)
     drives.step(control=0)
@@ -98,6 +100,42 @@ def test_csp__a_clock_that_runs_away_is_followed():
     assert 990 < steady.min() and steady.max() < 1010
 
 
+@pytest.mark.parametrize("period_us", [100, 125, 150, 200, 250, 330, 1750])
+def test_csp__a_period_that_is_no_multiple_of_the_control_is_served_exactly(period_us):
+    drives = Drives()
+    value, index = (period_us, -6) if period_us < 256 else (period_us // 10, -5)
+    drives.put(0x60C2, 1, value)
+    drives.put(0x60C2, 2, index)
+    drives.put(0x6065, 0, 0xFFFFFFFF)
+    drives.enable()
+    speeds, k = [], 0
+    for tick in range(6000):
+        if tick * 100 >= k * period_us:
+            drives.set(position=10 * period_us * k)  # 1e7 increments/s
+            drives.outputs(drives.values)
+            k += 1
+        drives.cycle()
+        speeds.append(drives.command.axis[0].velocity)
+    steady = np.array(speeds[2000:])
+    assert np.abs(steady / 1e7 - 1).max() < 3e-3  # steps of 1/512 follow the phase
+
+
+def test_interpolation_period__shorter_than_the_control_is_refused():
+    drives = Drives()
+    for subindex, value in ((2, -6), (2, -5)):
+        with pytest.raises(AbortedError, match="06090030"):
+            drives.put(0x60C2, subindex, value)
+    assert (drives.get(0x60C2, 1), drives.get(0x60C2, 2)) == (1, -3)
+    drives.put(0x60C2, 1, 100)
+    drives.put(0x60C2, 2, -6)
+    with pytest.raises(AbortedError, match="06090030"):
+        drives.put(0x60C2, 1, 99)
+    assert (drives.get(0x60C2, 1), drives.get(0x60C2, 2)) == (100, -6)
+    drives.put(0x60C2, 2, -1)
+    drives.put(0x60C2, 1, 255)  # 25.5 s
+    drives.follow(10)
+
+
 def test_csp__offsets_are_feed_forward_and_limits_hold():
     drives = Drives()
     drives.put(0x607D, 1, -500)
@@ -110,6 +148,85 @@ def test_csp__offsets_are_feed_forward_and_limits_hold():
     drives.follow(60, position=2000)
     assert drives.command.axis[0].position == 500
     assert drives.statusword() & 0x1800 == 0x1800
+
+
+QUICK = 4e8  # increments/s2
+
+
+def approaching(mode: int, speed: int, offset: int = 0) -> np.ndarray:
+    """Set-points of an axis that runs to the upper limit of 607D, where it is at half a second;
+    the last frame asks for the limit."""
+    drives, limit = Drives(mode), speed // 2
+    drives.put(0x607D, 1, -limit)
+    drives.put(0x607D, 2, limit)
+    drives.put(0x10F1, 2, 0)
+    drives.put(0x6065, 0, 0xFFFFFFFF)
+    drives.put(0x60C2, 1, 4)
+    drives.put(0x60B0, 0, offset)
+    drives.enable()
+    rows = []
+    for k in range(1, 126):
+        rows.append(drives.follow(40, 40, position=speed * k // 250, velocity=speed))
+    for _ in range(800):  # no frame, the watchdog is not over
+        drives.cycle()
+        rows.append(np.array([drives.set_point()]))
+    assert drives.state() == "OPERATION ENABLED" and drives.statusword() & 0x0800
+    return np.vstack(rows)
+
+
+@pytest.mark.parametrize("mode", [CSP, CSV])
+@pytest.mark.parametrize("speed", [1_000_000, 10_000_000, 40_000_000])
+def test_position_limit__holds_for_extrapolated_and_integrated_targets(mode, speed):
+    x, v, _ = approaching(mode, speed).T
+    assert x.max() <= speed // 2
+    assert x[-1] > speed // 2 - 10 and v[-1] == 0
+    ramp = np.diff(v)[1000:] / TICK  # it is at its speed then
+    assert -QUICK * 1.05 < ramp.min() < -QUICK * 0.9
+
+
+def test_position_limit__holds_with_a_position_offset():
+    assert approaching(CSP, 1_000_000, offset=50_000)[:, 0].max() <= 500_000
+
+
+def test_csp__a_step_is_limited_by_the_greatest_speed_and_the_ramp():
+    drives = Drives()
+    drives.put(0x6065, 0, 0xFFFFFFFF)
+    drives.put(0x10F1, 2, 0)
+    drives.put(0x607F, 0, 5_000_000)
+    drives.enable()
+    x, v, a = drives.follow(4000, position=1_000_000).T
+    assert np.abs(v).max() == 5e6 and np.abs(a).max() <= QUICK * 1.001
+    assert np.abs(np.diff(x)).max() <= 5e6 * TICK * 1.001
+    assert (x[-1], v[-1]) == (1_000_000, 0) and not drives.statusword() & 0x0800
+    assert x.max() <= 1_000_100
+
+
+def test_mode_12_and_10__homed_axis_stays_homed_and_a_stop_that_ended_is_reached():
+    drives = Drives(HOMING)
+    drives.enable()
+    drives.step(20, control=0x1F)
+    assert drives.statusword() & 0x1000
+    drives.step(20, mode=CSP, control=0x0F)
+    drives.step(20, mode=HOMING)
+    assert drives.statusword() & 0x3400 == 0x1400
+    drives.step(20, control=0x1F)  # once more
+    assert drives.statusword() & 0x1000
+
+
+@pytest.mark.parametrize("mode", [CSP, CSV, CST, PP, HOMING])
+@pytest.mark.parametrize("control", [0x010F, 0x0002])
+def test_stop_that_ended__shows_bit_10_in_every_mode(mode, control):
+    drives = Drives(mode)
+    drives.put(0x605A, 0, 6)
+    drives.enable()
+    if mode == CSV:
+        drives.follow(200, velocity=4_000_000)
+        assert not drives.statusword() & 0x0400
+        drives.step(control=control)
+        assert not drives.statusword() & 0x0400
+    drives.follow(600, control=control)
+    assert drives.statusword() & 0x0400
+    assert drives.state() == ("OPERATION ENABLED" if control & 0x100 else "QUICK STOP ACTIVE")
 
 
 def test_csv__integrates_the_target_with_continuous_acceleration():

@@ -219,16 +219,17 @@ def test_mapped_limits_of_0__are_held_at_1_and_nothing_jumps(velocity, accelerat
 
 @pytest.mark.parametrize("way", ["halt", "quick stop", "fault"])
 def test_mapped_acceleration_of_0__every_ramp_ends(way):
-    drives = Mapped(10, 100_000_000)
+    drives = Mapped(20_000, 100_000_000)
     drives.put(0x605A, 0, 1)
     drives.put(0x605E, 0, 1)
     drives.follow(1000, position=1_000_000, control=ENABLE | 0x10)
-    assert drives.command.axis[0].velocity == 10
-    drives.limits = (10, 0)
+    assert drives.command.axis[0].velocity == 20_000
+    drives.limits = (20_000, 0)
     drives.set(control={"halt": ENABLE | 0x100, "quick stop": QUICK_STOP, "fault": ENABLE}[way])
     drives.feedback.axis[0].fault = 0x5441 if way == "fault" else 0
-    drives.follow(9 * 10_000)
-    assert drives.command.axis[0].velocity > 0
+    speeds = drives.follow(3000)[2:, 1]
+    assert speeds[0] > 10_000 and (np.diff(speeds) < 0).all()
+    drives.limits = (20_000, 100_000)
     drives.follow(2 * 10_000)
     assert drives.command.axis[0].velocity == 0
     assert drives.command.axis[0].power == (way == "halt")

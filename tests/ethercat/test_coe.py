@@ -96,6 +96,33 @@ def test_whole_object__up_and_down(host):
     assert host.upload(0x2000, 1, complete=True) == gains
 
 
+@pytest.mark.parametrize("index", [0x1C12, 0x1C13, 0x1600, 0x1A50])
+def test_whole_list_without_its_count__only_while_the_count_is_0(host, index):
+    before = host.upload(index, 0, complete=True)
+    with aborts(0x06010003):
+        host.download(index, 1, before[2:], complete=True)
+    assert host.upload(index, 0, complete=True) == before
+    host.put(index, 0, 0)
+    host.download(index, 1, before[2:], complete=True)
+    assert host.upload(index, 0) == b"\0"
+    host.put(index, 0, before[0])
+    assert host.upload(index, 0, complete=True) == before
+
+
+@pytest.mark.parametrize("first", [0x1600, 0x1A00])
+def test_map_in_a_list__may_not_grow_beyond_the_process_data(host, first):
+    """512 bytes; the list was counted while its maps were short."""
+    for n in range(5):
+        host.put(first + 0x10 * n, 0, 0)
+        for entry in range(10):
+            host.put(first + 0x10 * n, entry + 1, 248)  # 31 bytes of padding
+    host.put(first, 0, 10)
+    host.put(first + 0x10, 0, 6)  # 496 bytes, and one of digital inputs or outputs
+    with aborts(0x06040042):
+        host.put(first + 0x20, 0, 1)
+    assert host.get(first + 0x20) == 0
+
+
 # -------------------------------------------------------------------- abort codes
 
 ABORTS = {
@@ -130,6 +157,14 @@ ABORTS = {
     "mapped object missing": (
         0x06020000,
         lambda h: (h.put(0x1600, 0, 0), h.put(0x1600, 1, 0x30000010)),
+    ),
+    "limits the wrong way round, most": (
+        0x06090036,
+        lambda h: (h.put(0x607D, 1, 5), h.put(0x607D, 2, 4)),
+    ),
+    "limits the wrong way round, least": (
+        0x06090036,
+        lambda h: (h.put(0x687D, 2, -5), h.put(0x687D, 1, -4)),
     ),
     "segment without a transfer": (0x05040001, lambda h: h.sdo(struct.pack("<B7x", 0x60))),
     "data without a transfer": (0x05040001, lambda h: h.sdo(struct.pack("<B7x", 0x00))),

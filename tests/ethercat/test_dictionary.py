@@ -112,7 +112,8 @@ def test_fixed_words_of_the_image():
     found = categories(IMAGE)
     assert set(found) == {10, 30, 40, 41, 50, 51, 60}
     assert len(found[30]) == 32 and len(found[41]) == 32 and len(found[60]) == 48
-    assert found[30][5] == 0x0F
+    assert found[30][5] == 0x2F  # as CoE of the ESI file below
+    assert found[30][9] == DEVICE.device["axes"]
     assert strings(found[10])[found[30][3]] == DEVICE.device["name"]
 
 
@@ -132,6 +133,11 @@ def test_sii_and_esi__tell_the_same_device(device):
     )
     assert bytes.fromhex(device.findtext("Eeprom/ConfigData")) == IMAGE[:14]
     assert int(device.findtext("Eeprom/ByteSize")) == len(IMAGE)
+    coe = device.find("Mailbox/CoE")
+    flags = ("SdoInfo", "PdoAssign", "PdoConfig", "PdoUpload", "CompleteAccess")
+    assert found[30][5] == 1 | sum(
+        2 << bit for bit, name in enumerate(flags) if coe.get(name) == "1"
+    )
     modes = [struct.unpack_from("<3IhHh2B", found[60], 24 * n) for n in range(2)]
     assert [(texts[m[6]], m[4]) for m in modes] == [
         (m.findtext("Name"), number(m.findtext("AssignActivate")))

@@ -29,7 +29,8 @@ POWER, POWER_AT = 0x10000, 20  # of the words of a tick
 EMERGENCY, SDO_REQUEST, SDO_RESPONSE, INFORMATION = 1, 2, 3, 8  # services of CoE
 # Between two frames; it comes at another place of the control cycle each time.
 MESSAGE_NS, MESSAGES = 139_000, 7
-
+SLOW = 100_000  # increments/s, object 607F
+MOST_CLOCKS = CYCLE_CLOCKS * 9 // 10  # a pass, so that one change of the program is not too many
 
 # A frame of process data at 100 Mbit/s: preamble, headers, three datagrams, sequence, gap.
 FRAME_NS = 80 * (8 + 14 + 2 + 3 * 12 + 101 + 101 + 6 + 4 + 12)
@@ -195,27 +196,33 @@ def flood(requests: list[bytes], cycles: int, capture: Path, mode: int = CSP) ->
 def test_flooded_mailbox__no_pass_is_late(tmp_path, requests, mode):
     found = flood(REQUESTS[requests], 12, tmp_path / "flood.pcap", mode)
     assert found["state"] == (8, 0) and found["powered"] and found["console"] == "", found
-    assert found["longest"] < CYCLE_CLOCKS and not found["overrun"], found
+    assert found["longest"] < MOST_CLOCKS and not found["overrun"], found
     assert abs(found["ticks"] - found["wanted"]) <= 1, found
     assert found["answers"] > 12 and not found["wrong"], found
 
 
 def test_states_and_frames_without_a_pause__no_pass_is_late(tmp_path):
     """To OP and the axes enabled; the manager of the mailbox written in OP; frames with the least
-    gap; no frames any more, so that the device falls to SAFEOP."""
+    gap, whose targets are faster than 607F; then no frames, so that the device falls to SAFEOP.
+    """
     device = load()
     bench = Bench(device, tmp_path / "states.pcap", CSP)
     rtl = bench.rtl
     for _ in range(20):
         bench.exchange(139_000)
         bench.write(0x800, struct.pack("<HHB", MAILBOX_OUT, MAILBOX_BYTES, 0x26))
-    bench.path = itertools.repeat(next(bench.path))  # it is to stand when the frames end
-    for _ in range(400):
-        bench.exchange(FRAME_NS)
+    for axis in range(5):
+        slow = download(0x607F + 0x800 * axis, 0, struct.pack("<I", SLOW))
+        bench.ask(slow, 139_000)
+    here = next(bench.path)
+    for path, frames in (((here + 40, here - 40), 60), ((here,), 60)):  # it stands at the end
+        bench.path = itertools.cycle(path)
+        for _ in range(frames):
+            bench.exchange(FRAME_NS)
     assert all(word & POWER for word in rtl.outputs[POWER_AT : POWER_AT + 5])
     rtl.run(30_000_000)
     assert not any(word & POWER for word in rtl.outputs[POWER_AT : POWER_AT + 5])
     counts = rtl.counts()
     rtl.close()
     os.close(bench.nowhere)
-    assert counts["longest"] < CYCLE_CLOCKS and not counts["overrun"], counts
+    assert counts["longest"] < MOST_CLOCKS and not counts["overrun"], counts

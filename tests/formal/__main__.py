@@ -9,6 +9,8 @@ import sys
 from collections.abc import Sequence
 from dataclasses import asdict
 
+from asip_asm.command import command
+
 try:
     import bitwuzla
 except ModuleNotFoundError:
@@ -156,6 +158,7 @@ def page_text(report: dict) -> str:
     return between_marks(page, {"proofs": table(report, page)}, PAGE)
 
 
+@command("python -m tests.formal")
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 if all is proved (or every fault seen), 1 if not, 2 for usage."""
     parser = argparse.ArgumentParser(

@@ -11,7 +11,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from asip_asm.command import command_parser
+from asip_asm.command import command, command_parser
 from sim.goals import Goal, as_json, at_most, depth, missed, write_goals
 from tests.fuzz.campaigns import CAMPAIGNS
 from tests.fuzz.engine import CPU_SECONDS, MEMORY_BYTES, Result, replay, run_campaign
@@ -29,6 +29,7 @@ exit status: 0 every goal met, 1 a case failed, 2 wrong command line
 """
 
 
+@command("python -m tests.fuzz")
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit status."""
     about = "Give mutated inputs to the commands: no traceback, no hang, bounded memory."

@@ -127,6 +127,29 @@ PROGRAMS = {
         "G92.1\nG10 L20 P1 Z1\nZ3\nG53 G0 Z1\nG28\nG43 H0 X2\nT0 M6\nX1\nG43 X2"
     ),
     "tools and offsets in one block": "G0 Z5\nT1 M6 G43 H2\nG0 X1\nZ1\nT2 M6 G49 G0 X5\nZ2",
+    "turns of arcs": (
+        "G1 X10 F300\nG2 X0 Y-10 I-10 P2\nG3 X0 Y-10 J10 Z5 P3\nX9 Y0 R11 P2 A4\nG2 I-2 P1.00001\n"
+        "G93 G3 I-3 P4 F2\nG94 F9\nG18 G2 X9 Z5 K3 P12\nX8 Z4 I-1"
+    ),
+    "turns of arcs, compensated": (
+        "G41.1 D2 G1 X10 F300\nG2 I-10 P2\nG3 X20 Y0 I5 P3\nG40 G1 X30"
+    ),
+    "radii that differ": (
+        "G0 X100\nG2 X-100.099 Y0 I-100 F100\nG3 X-.04 Y.3 I50.0495\nG0 X.5 Y0\n"
+        "G2 X-.528 Y0 I-.5\nG0 X250\nG3 X-250.249 Y0 I-250 Z3 P2\nG20 G0 X1 Y0\nG2 X-1.0028 Y0 I-1"
+    ),
+    "subprograms": (
+        "#1=7 #<a>=2\nM98 P100 L2\nG0 X#1 Y#<a>\nN20 M98 P#1\n/M98 P200 L0\nM98P300\nG90 Y9\nM2\n"
+        "O100 (first)\nG91 G0 X1\n#1=[#1+1] #<a>=9\nM99\nN5 o9\nM98 P200\nX4\nM99\nO200\nG90 Y3\n"
+        "o1 if [1]\nM99\no1 endif\nY4\nM99\nO300\nM73\nG91\nX1\no2 call [4]\nM99\n"
+        "o2 sub\nG0 Z#1\no2 endsub"
+    ),
+    "subprogram with the end": "G0 X1\nO7\nX3\nM98 P8\nX4\nM2\nO8\nX5\nM2",
+    "block delete": "/G0 X1\n / G1 Y2 F10\n/N5 X3\n/o1 if [1]\nX4\n/ o1 endif",
+    "blanks in numbers": (
+        "G0 X1 2. 3 Y- 4 Z .5\nG 9 1 X 1. 5\t2\nG90 X[1 2 + 3 . 5 - 1 0] Y-# 5 4 20\n"
+        "# 1 = 1 2 (1 2)\nN1 0 G0 X#1 ; 3 4\nN 2 0 o1 0 if [1 1 GT 9]\nY+ 1 1\no10 endif"
+    ),
     "motion words alone": "G0\nG1 F100\nX1\nG0\nX2",
     "letters in any order and case": "n10 y1 g1 f100 (comment) x 2 ; end\nx3g0z1",
 }  # fmt: skip
@@ -186,6 +209,25 @@ REFUSED = {
     "offset of a tool": "G43 X1 I2 H0",
     "offset of path control": "G64 P1 K2",
     "repeats of a line": "G0 X1 L3",
+    "turns, none": "G1 X10 F300\nG2 I-10 P0",
+    "turns, in part": "G1 X10 F300\nG2 I-10 P1.5",
+    "turns and tolerance": "G1 X10 F300\nG64 P0.1 G2 X0 Y-10 I-10",
+    "radii that differ too much": "G0 X100\nG2 X-100.102 Y0 I-100 F100",
+    "small radii that differ too much": "G0 X2\nG2 X-2.0284 Y0 I-2 F100",
+    "radii that differ too much in inches": "G20 G0 X1\nG2 X-1.0029 Y0 I-1 F10",
+    "machine coordinates of nothing": "G53",
+    "feed per minute of inverse time": "G93 G1 X2 F2\nG94 X3",
+    "subprogram with a move": "G0 X1 M98 P100\nM2\nO100\nM99",
+    "end of a subprogram with a move": "M98 P100\nM2\nO100\nG0 X5 M99",
+    "end of a subprogram with a line": "M98 P100\nM2\nO100\nG0 X5\nM99 P30",
+    "no subprogram": "M98 P100",
+    "subprogram without a number": "M98\nM2\nO0\nM99",
+    "subprogram that is a subroutine": "o100 sub\no100 endsub\nM98 P100",
+    "subroutine that is a subprogram": "o100 call\nM2\no100\nG0 X1\nM99",
+    "return from a subprogram": "M98 P100\nM2\no100\no100 return\nM99",
+    "block delete inside": "G0 X1 /Y2",
+    "block delete behind a number": "N10 /G0 X1",
+    "two points in a number": "G0 X1. 2. 3",
     "rest of a cycle alone": "G82 X1 Z-1 R1 P1 F9\nP2",
 }
 

@@ -85,7 +85,9 @@ def test_tools__broken_table__is_told_with_its_place(main, program, tools, capsy
 @pytest.mark.parametrize("main", COMMANDS)
 def test_tools__no_such_table__is_told(main, program, tmp_path, capsys):
     assert main([str(program), "--tools", str(tmp_path / "none.tbl")]) == 1
-    assert capsys.readouterr().err == f"{tmp_path / 'none.tbl'}: error: No such file or directory\n"
+    told = capsys.readouterr().err
+    assert told.startswith("python -m sim.")
+    assert told.endswith(f": error: {tmp_path / 'none.tbl'}: No such file or directory\n")
 
 
 @pytest.mark.parametrize("main", COMMANDS)

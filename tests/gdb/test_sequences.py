@@ -239,3 +239,23 @@ def test_breakpoint_at_the_address_of_a_jump__stops_at_once():
             assert stopped_at(gdb.go("vCont;c")) == LOOP + 8 and gdb.register(2) == 1
             gdb.ok("z1,%x,4" % (LOOP + 8))
             gdb.ok(f"z{kind},{LOOP + 4:x},4")
+
+
+@pytest.mark.parametrize("kind", [0, 1])
+@pytest.mark.parametrize("taken_away", [False, True])
+def test_breakpoint_at_a_break_of_the_program__each_stops_it_once(kind, taken_away):
+    """GDB takes a breakpoint away for the step over it; the program's own `break` is passed too."""
+    with Debugged(system(), program("run/demo_hello_fpga2")) as gdb:
+        add, own = (
+            encoded(("addi", 2, 2, 1)),
+            struct.pack("<I", ISA.instructions["break"].encode(0)),
+        )
+        gdb.write(LOOP, add + own + 2 * add + own)
+        gdb.set_register(2, 0)
+        gdb.set_register(PC, LOOP)
+        gdb.ok(f"Z{kind},{LOOP + 4:x},4")
+        assert stopped_at(gdb.go("vCont;c")) == LOOP + 4 and gdb.register(2) == 1
+        if taken_away:
+            gdb.ok(f"z{kind},{LOOP + 4:x},4")
+        assert stopped_at(gdb.go("vCont;c")) == LOOP + 16 and gdb.register(2) == 3
+        gdb.ok(f"z{kind},{LOOP + 4:x},4")

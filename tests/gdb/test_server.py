@@ -4,14 +4,16 @@
 from __future__ import annotations
 
 import socket
+import threading
 
 import pytest
 
-from sim.gdb.server import ServerError, place_of, serve
+from sim.gdb.server import Connection, Server, ServerError, place_of, serve
+from sim.gdb.system import NiosSystem
 from sim.harness.nios_image import IMAGES, read_elf
 from sim.harness.nios_rtl import NiosRtl
 from sim.nios_run import main
-from tests.gdb.client import TIMEOUT, Client, listening, stopped_at
+from tests.gdb.client import TIMEOUT, Client, framed, listening, stopped_at, system
 
 HELLO = read_elf(IMAGES / "run/demo_hello_fpga2.elf")
 
@@ -61,3 +63,20 @@ def test_two_debuggers_one_after_the_other_over_tcp():
         gdb.ok("D")
     server.join(TIMEOUT)
     assert status == [0] and any("connection lost" in text for text in said)
+
+
+def test_first_packet_sent_again_while_the_server_starts__is_answered_once():
+    """GDB repeats a packet every two seconds; two answers would shift all that follow."""
+    ours, theirs = socket.socketpair()
+    with ours, theirs:
+        ours.sendall(b"+" + 3 * framed(b"qSupported:swbreak+"))
+        server = Server(NiosSystem(system(), HELLO), print)
+        fd = theirs.fileno()
+        thread = threading.Thread(target=server.serve, args=(Connection(fd, fd, False),))
+        thread.start()
+        gdb = Client(ours)
+        assert gdb.byte() == b"+" and gdb.packet().startswith(b"PacketSize=")
+        assert gdb.ask("vMustReplyEmpty") == b""
+        gdb.ok("D")
+        thread.join(TIMEOUT)
+        assert not thread.is_alive()

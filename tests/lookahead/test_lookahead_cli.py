@@ -79,7 +79,7 @@ def test_command__mistakes__are_told_without_a_traceback(program, capsys, text, 
 
 def test_command__missing_file__is_told(tmp_path, capsys):
     assert main([str(tmp_path / "none.ngc")]) == 1
-    assert "none.ngc: error: No such file" in capsys.readouterr().err
+    assert "none.ngc: No such file" in capsys.readouterr().err
 
 
 def test_command__long_motion__tells_progress_in_a_log(program, capsys, monkeypatch):

@@ -9,6 +9,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from asip_asm.command import command
 from asip_asm.model.compiler import compile_law
 from asip_asm.project import BUILD
 from sim.native.law import CompilerError
@@ -19,6 +20,7 @@ IMAGE = Path(__file__).with_name("law_fpga2.elf")
 ROWS = 100
 
 
+@command("python -m tests.model_compiler.law_image")
 def main() -> int:
     """Build the image; returns the exit status."""
     try:

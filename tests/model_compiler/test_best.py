@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from asip_asm.assemble import build_program
+from asip_asm.diagnostics import AssemblyError, Diagnostic
+from asip_asm.model import program
 from asip_asm.model.compiler import Options, compile_law
 from asip_asm.model.law import Law, Port, load_law
 from asip_asm.model.program import build
@@ -131,3 +133,36 @@ def test_export_of_an_input_is_refused(scalar_law):
         ModelError, match=r"interface.toml:\d+: error: \[\[export\]\] 'goal' is an input"
     ):
         load_law(file, record)
+
+
+def products(count: int) -> Law:
+    """A law whose result is a sum of this many products of 70 inputs."""
+    x = ca.SX.sym("x", 70)
+    pairs = [(i, j) for i in range(70) for j in range(i)][:count]
+    total = sum(x[i] * x[j] for i, j in pairs)
+    ports = [Port("input", f"x{i}", vector="x", limits=(-1.0, 1.0)) for i in range(70)]
+    function = ca.Function("products", [x], [total], ["x"], ["u"])
+    return Law("products", function, [*ports, Port("output", "u")])
+
+
+@pytest.mark.parametrize("reassociate", [False, True])
+def test_law_beyond_the_program_memory_is_refused_before_it_is_searched_for(reassociate):
+    with pytest.raises(
+        ModelError,
+        match=r"^products: its operations take 1150 bundles or more "
+        r"\(2300 for 2 slots of a bundle\),"
+        r" the core's program memory holds 1024; divide the law",
+    ):
+        compile_law(products(2300), Options(reassociate=reassociate))
+
+
+def test_limit_that_the_assembler_meets_is_told_of_the_law(tmp_path, monkeypatch):
+    compiled = compile_law(products(3))
+    file = tmp_path / "law.s"
+
+    def full(*_, **__):
+        raise AssemblyError([Diagnostic(None, f"{file}: too many bundles: 1030")])
+
+    monkeypatch.setattr(program, "build_program", full)
+    with pytest.raises(ModelError, match=r"^products: too many bundles: 1030; divide the law into"):
+        build(compiled, file)

@@ -246,3 +246,18 @@ def test_the_confined_child_has_a_limit_of_time():
 
     with pytest.raises(Confined, match="takes more than 1 s"):
         confined(for_ever, seconds=1)
+
+
+def test_the_confined_child_has_no_file_of_its_parent(tmp_path, capfd):
+    """Not one with a high number either, and what it prints goes nowhere."""
+    (tmp_path / "secret").write_text("secret")
+    with (tmp_path / "secret").open() as file:
+        numbers = [file.fileno(), os.dup2(file.fileno(), 300), os.dup2(file.fileno(), 19_999)]
+        for number in numbers:
+            with pytest.raises(Confined, match="Bad file descriptor"):
+                confined(lambda number=number: os.pread(number, 6, 0))
+        for number in numbers[1:]:
+            os.close(number)
+    assert confined(lambda: str(os.write(1, b"said") + os.write(2, b"said")).encode()) == b"8"
+    assert confined(lambda: b"-" + os.read(0, 1)) == b"-"
+    assert capfd.readouterr() == ("", "")

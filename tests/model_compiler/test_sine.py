@@ -28,24 +28,27 @@ NAMES = ("sin", "cos")
 CHUNK = 1 << 20
 
 
-def polynomial(name: str, limit: float, t: np.ndarray) -> np.ndarray:
+def polynomial(name: str, limit: float, t: np.ndarray, by_choices: bool) -> np.ndarray:
     """The polynomial's value of angles of at most `limit` turns, given in turns."""
     graph = Graph()
     call = graph.add(name, graph.add("input", value="t"))
     graph.outputs["r"] = call
-    form = sine.replace_sines(graph, {call: sine.Angle(0, 1.0, 0.0, limit)})
+    form = sine.replace_sines(graph, {call: sine.Angle(0, 1.0, 0.0, limit)}, by_choices)
     return evaluate(form, {"t": t.astype(np.float32)}, rounded_sine)[form.outputs["r"]]
 
 
 def worst(name: str, limit: float, t: np.ndarray) -> tuple[float, float]:
-    """Largest error in units of 2^-23 of the result, less the absolute part, and the angle."""
+    """Largest error in units of 2^-23 of the result, less the absolute part, and the angle, of both
+    ways to fold the angle.
+    """
     found = []
     for part in np.array_split(t, 1 + len(t) // CHUNK):
-        got = polynomial(name, limit, part).astype(np.float64)
         want = TURNS[f"{name}_turns"].exact(part.astype(np.float64), 1.0)
-        gap = np.abs(got - want) - TURNS[f"{name}_turns"].absolute
-        error = gap / (2.0**-23 * np.maximum(np.abs(want), 1e-300))
-        found.append((float(error.max()), float(part[int(error.argmax())])))
+        for by_choices in (False, True):
+            got = polynomial(name, limit, part, by_choices).astype(np.float64)
+            gap = np.abs(got - want) - TURNS[f"{name}_turns"].absolute
+            error = gap / (2.0**-23 * np.maximum(np.abs(want), 1e-300))
+            found.append((float(error.max()), float(part[int(error.argmax())])))
     return max(found)
 
 
@@ -59,23 +62,24 @@ def every_float(low: float, high: float, step: int = 1) -> np.ndarray:
 @pytest.mark.parametrize("name", NAMES)
 def test_every_count_of_an_encoder_of_20_bits_keeps_the_stated_error(name):
     turns = np.arange(-COUNTS, COUNTS + 1) / COUNTS
-    for limit, part in ((0.25, turns[np.abs(turns) <= 0.25]), (0.5, turns[np.abs(turns) <= 0.5]),
-                        (1.0, turns)):  # fmt: skip
-        error, where = worst(name, limit, part)
+    for limit in (0.25, 0.5, 0.75, 1.0, 4.0):
+        error, where = worst(name, limit, turns[np.abs(turns) <= limit])
         assert 0.8 < error < TURNS[f"{name}_turns"].ulp, (limit, where)
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_floats_from_the_smallest_to_half_a_turn_keep_the_stated_error(name):
-    error, where = worst(name, 0.5, every_float(0.0, 0.5, 4001))
+@pytest.mark.parametrize("limit", [0.5, 0.75, 1.0])
+def test_floats_from_the_smallest_to_the_largest_keep_the_stated_error(name, limit):
+    error, where = worst(name, limit, every_float(0.0, limit, 4001))
     assert error < TURNS[f"{name}_turns"].ulp, where
 
 
 @pytest.mark.full
 @pytest.mark.parametrize("name", NAMES)
-def test_every_float_from_a_256th_to_half_a_turn_keeps_the_stated_error(name):
-    for power in range(-8, -1):
-        error, where = worst(name, 0.5, every_float(2.0**power, 2.0 ** (power + 1)))
+def test_every_float_from_a_256th_to_a_turn_keeps_the_stated_error(name):
+    for power in range(-8, 0):
+        limit = 2.0 ** (power + 1)
+        error, where = worst(name, max(limit, 0.5), every_float(2.0**power, limit))
         assert error < TURNS[f"{name}_turns"].ulp, where
 
 

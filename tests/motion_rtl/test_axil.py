@@ -8,16 +8,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from sim.harness.build import ROOT, file_list
+from sim.harness.build import ROOT
 from tests.bus.axil import run_scenarios
-
-WRAPPER = [ROOT / "rtl/bus/axil_bridge.sv", ROOT / "rtl/motion/motion_axil.sv"]
 
 
 def test_axil__every_scenario() -> None:
     run_scenarios(
         "motion_axil",
-        [*file_list("motion/motion.f"), *WRAPPER],
+        (),
         Path(__file__).with_name("axil_tb.py"),
         ROOT / "build/axil/motion",
     )

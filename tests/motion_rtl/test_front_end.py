@@ -24,6 +24,7 @@ from tests.bench.seed import SEED
 
 US = CLOCK_HZ // 1_000_000
 LIMIT = 40_000_000  # clocks, above every move here
+FULL = pytest.mark.full
 
 
 def timed(length: int, space: int, setup: int, hold: int, interpolators: bool = True) -> MotionRtl:
@@ -91,8 +92,14 @@ def test_records__what_the_hardware_cannot_do__is_refused_by_name():
 
 
 @pytest.mark.parametrize("v0", ["0", "20"])
-@pytest.mark.parametrize(("tm", "length"), [("0.005", "8"), ("0.01", "3"), ("0", "2.5")])
-@pytest.mark.parametrize("pulses", [50, 2000])
+@pytest.mark.parametrize(
+    ("tm", "length", "pulses"),
+    [
+        *(("0.005", "8", 50), ("0.01", "3", 2000), ("0", "2.5", 50)),
+        *(pytest.param(*way, marks=FULL) for way in (("0.005", "8", 2000), ("0.01", "3", 50))),
+        pytest.param("0", "2.5", 2000, marks=FULL),
+    ],
+)
 def test_time_exact__count_and_duration_exact__pulses_near_the_plan(motion, v0, tm, length, pulses):
     plan = quick(v0, length, tm)
     records = time_exact(plan.phases, pulses)
@@ -232,8 +239,14 @@ def pulse_counted_rule(plan: RampTimePlan, pulses: int) -> float:
         )
 
 
-@pytest.mark.parametrize(("tm", "length"), [("0.005", "8"), ("0.01", "3"), ("0.005", "3")])
-@pytest.mark.parametrize("pulses", [100, 1000])
+@pytest.mark.parametrize(
+    ("tm", "length", "pulses"),
+    [
+        *(("0.005", "8", 100), ("0.01", "3", 1000), ("0.005", "3", 100)),
+        *(pytest.param(*way, marks=FULL) for way in (("0.005", "8", 1000), ("0.01", "3", 100))),
+        pytest.param("0.005", "3", 1000, marks=FULL),
+    ],
+)
 def test_pulse_counted__count_exact__duration_as_the_rule_gives(motion, tm, length, pulses):
     plan = quick("30", length, tm)
     motion.set("IRQ_ENABLE", idle=1, fault=1)

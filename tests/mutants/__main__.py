@@ -11,6 +11,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from asip_asm.command import command
 from sim.fpbench import operations
 from sim.fpbench.native import BenchError, flag_text
 from sim.fpbench.variants import bench_unit
@@ -70,6 +71,7 @@ def show(fault: Fault, report: Path) -> int:
     return 0
 
 
+@command("python -m tests.mutants")
 def main(argv: Sequence[str] | None = None) -> int:
     """Entry point; 0 all caught, 1 a fault not caught, RTL that fails or a user error, 2 usage."""
     parser = argparse.ArgumentParser(

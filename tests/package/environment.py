@@ -17,16 +17,17 @@ from asip_asm.project import ROOT
 PIP = [sys.executable, "-m", "pip", "--disable-pip-version-check", "-q"]
 
 
-def build_wheel(folder: Path) -> Path:
-    """The wheel of this checkout, built into `folder`."""
-    command = [*PIP, "wheel", "--no-deps", "--no-build-isolation", "-w", str(folder), str(ROOT)]
+def build_wheel(folder: Path, sources: Path = ROOT) -> Path:
+    """The wheel of the sources, by default of this checkout, built into `folder`."""
+    command = [*PIP, "wheel", "--no-deps", "--no-build-isolation", "-w", str(folder), str(sources)]
     subprocess.run(command, check=True, cwd=folder)
     (wheel,) = folder.glob("*.whl")
     return wheel
 
 
-def install(wheel: Path, folder: Path, extra: str = "") -> Path:
-    """The bin folder of a new environment with the wheel, its declared dependencies and an extra's.
+def install(wheel: Path, folder: Path, extra: str = "", also: Iterable[str] = ()) -> Path:
+    """The bin folder of a new environment with the wheel, its declared dependencies, an extra's and
+    further packages.
 
     The dependencies are links to the locked packages that the tests run in: what no requirement
     names, direct or not, cannot be imported there.
@@ -38,7 +39,11 @@ def install(wheel: Path, folder: Path, extra: str = "") -> Path:
     )
     (packages,) = folder.glob("lib/python*/site-packages")
     (own,) = Distribution.discover(path=[str(packages)])
-    for needed in _closure(own.requires or (), extra):
+    for needed in _closure([*(own.requires or ()), *also], extra):
+        for entry in needed.entry_points.select(group="console_scripts"):
+            call = f"import sys, {entry.module}\nsys.exit({entry.module}.{entry.attr}())\n"
+            (python.parent / entry.name).write_text(f"#!{python}\n{call}", encoding="utf-8")
+            (python.parent / entry.name).chmod(0o755)
         for name in {file.parts[0] for file in needed.files or ()} - {".."}:
             link = packages / name
             if not link.is_symlink():

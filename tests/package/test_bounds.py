@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the wheel declares: a bound for each dependency, which the locked version keeps."""
+"""What the package declares: a bound for each dependency and build tool, which the lock keeps."""
 
 from __future__ import annotations
 
@@ -12,8 +12,12 @@ from asip_asm.project import ROOT
 
 
 def test_every_dependency__has_a_lower_bound_that_the_lock_keeps():
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    whole = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    project = whole["project"]
     declared = [*project["dependencies"]]
+    build_tool = Requirement(whole["build-system"]["requires"][0])
+    assert [each.operator for each in build_tool.specifier] == ["=="]
+    declared.append(str(build_tool))
     for extra in project["optional-dependencies"].values():
         declared += extra
     lock = (ROOT / "requirements.lock").read_text(encoding="utf-8")

@@ -6,7 +6,9 @@ from __future__ import annotations
 import json
 import os
 import re
+import shutil
 import subprocess
+import sys
 import tomllib
 import zipfile
 from pathlib import Path
@@ -15,6 +17,7 @@ import pytest
 
 from asip_asm.project import ROOT
 from scripts.doc_blocks import code_blocks, write_files
+from sim.page import provenance
 from tests.bench.commands import output
 from tests.bench.copies import share_models
 from tests.package.environment import build_wheel, install
@@ -34,32 +37,35 @@ PROGRAM = """\
         halt
 """
 IMPORT_ALL = """\
-import importlib, json, pkgutil
+import importlib, json, pkgutil, sys
 count, missed = 0, []
-for package in ("asip_asm", "sim"):
-    path = importlib.import_module(package).__path__
-    for module in pkgutil.walk_packages(path, package + "."):
-        if not module.name.endswith(".__main__"):
-            try:
-                last = importlib.import_module(module.name)
-                count += 1
-            except ModuleNotFoundError:
-                missed.append(module.name)
-print(json.dumps({"imported": count, "missed": missed, "place": last.__file__}))
+for module in pkgutil.walk_packages(importlib.import_module("microtick").__path__, "microtick."):
+    if not module.name.endswith(".__main__"):
+        try:
+            last = importlib.import_module(module.name)
+            count += 1
+        except ModuleNotFoundError:
+            missed.append(module.name)
+foreign = sorted({"asip_asm", "sim", "scripts", "tests"} & set(sys.modules))
+print(json.dumps({"imported": count, "missed": missed, "place": last.__file__, "foreign": foreign}))
 """
 OF_THE_EXTRA = (
-    *("asip_asm.model.", "sim.asip_model.", "sim.native.", "sim.platforms.", "sim.prove_"),
-    *("sim.robots.", "sim.servo.", "sim.certificate_"),
+    *("microtick.asip_asm.model.", "microtick.sim.asip_model.", "microtick.sim.native."),
+    *("microtick.sim.platforms.", "microtick.sim.prove_", "microtick.sim.robots."),
+    *("microtick.sim.servo.", "microtick.sim.certificate_"),
 )
 OF_THE_BUS = [  # the extra `bus`
-    f"sim.ethercat.{module}"
+    f"microtick.sim.ethercat.{module}"
     for module in (
         *("dc_run", "death_run", "device_run", "disturbed_run", "kickcat_master", "path_run"),
         *("pysoem_master", "redundant", "session"),
     )
 ]
 OF_COCOTB = [  # the extra `cocotb`
-    f"sim.cocotb.{module}" for module in ("asip", "clocked", "custom", "runner", "unit")
+    f"microtick.sim.cocotb.{module}"
+    for module in (
+        *("agent", "asip", "axil", "clocked", "custom", "mii", "nios", "runner", "unit"),
+    )
 ]
 LAW = """\
 import casadi as ca
@@ -83,6 +89,10 @@ HELLO = ROOT / "nios_sw/images/run/demo_hello_fpga1.elf"
 SUM = "z = 0.5"  # (0.25 * 0.4) * 1 + 0.4
 
 
+# Folders of a user's own project, which Python finds first.
+OWN_FOLDERS = ("asip_asm", "sim", "scripts", "tests")
+
+
 class Installed:
     """The commands of an environment, run in a folder of its own, with an empty cache."""
 
@@ -103,7 +113,10 @@ class Installed:
 def installed_in(folder: Path, wheel: Path, extra: str = "") -> Installed:
     """A new environment with the wheel and an extra, and an empty folder to work in."""
     work = folder / "work"
-    work.mkdir()
+    for name in OWN_FOLDERS:
+        (work / name).mkdir(parents=True)
+        (work / name / "__init__.py").write_text("raise SystemExit('the user's own package')\n")
+    (work / "microtick/sim").mkdir(parents=True)  # a checkout of that name
     return Installed(work, install(wheel, folder / "environment", extra))
 
 
@@ -135,17 +148,27 @@ def test_wheel__holds_what_its_commands_read_and_nothing_of_the_checkout(wheel: 
         "sim/paths/agh.ngc",
         "sim/scope/page/index.html",
         "sim/harness/asip_harness.cpp",
-        "microtick/rtl/asip/asip.sv",
-        "microtick/rtl/waivers.vlt",
-        "microtick/nios_sw/system.toml",
+        "rtl/asip/asip.sv",
+        "rtl/waivers.vlt",
+        "nios_sw/system.toml",
     ):
-        assert needed in names
+        assert f"microtick/{needed}" in names
+    assert len(set(names)) == len(names)
     tops = {name.split("/")[0] for name in names}
-    assert {top for top in tops if not top.endswith(".dist-info")} == {
-        "asip_asm",
-        "sim",
-        "microtick",
-    }
+    assert {top for top in tops if not top.endswith(".dist-info")} == {"microtick"}
+
+
+def test_source_package__makes_the_same_wheel__with_its_commit(wheel: Path, tmp_path: Path) -> None:
+    """Without git, below another repository: the commit is that of the checkout."""
+    source = "import hatchling.build; print(hatchling.build.build_sdist({!r}))"
+    said = output(sys.executable, "-c", source.format(str(tmp_path)), cwd=ROOT)
+    shutil.unpack_archive(tmp_path / said.strip(), tmp_path / "unpacked", filter="data")
+    (unpacked,) = (tmp_path / "unpacked").iterdir()
+    again = build_wheel(tmp_path, unpacked)
+    with zipfile.ZipFile(wheel) as first, zipfile.ZipFile(again) as second:
+        assert first.namelist() == second.namelist()
+        assert all(first.read(name) == second.read(name) for name in first.namelist())
+        assert first.read("microtick/COMMIT").decode() == provenance.commit()
 
 
 def test_commands__of_the_wheel__are_those_run_here(installed: Installed) -> None:
@@ -160,7 +183,7 @@ def test_every_module__in_the_empty_environment__is_imported_or_needs_the_extra(
 ) -> None:
     """A module that imports a package which no requirement names would be among those missed."""
     found = json.loads(installed.must("python", "-c", IMPORT_ALL))
-    assert found["imported"] > 150
+    assert found["imported"] > 150 and found["foreign"] == []
     assert not Path(found["place"]).is_relative_to(ROOT)
     assert all(
         module.startswith((*OF_THE_EXTRA, *OF_THE_BUS, *OF_COCOTB)) for module in found["missed"]
@@ -172,7 +195,7 @@ def test_asip_as_and_objdump__of_the_wheel__make_and_read_an_image(
 ) -> None:
     assert "fsat" in (installed.folder / "sum.lst").read_text(encoding="utf-8")
     assert '.program "weighted sum"' in installed.must("asip-objdump", "-d", image)
-    place = "import asip_asm; print(asip_asm.__path__[0])"
+    place = "from microtick import asip_asm; print(asip_asm.__path__[0])"
     programs = Path(installed.must("python", "-c", place).strip(), "programs")
     installed.must("asip-as", programs / "tracking_optimised.s", "-o", "tracking.asip.json")
 

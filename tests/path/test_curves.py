@@ -204,3 +204,36 @@ def test_block__that_stays_in_place__is_left_out():
 def test_rate_limits__not_positive__are_refused(name):
     with pytest.raises(ValueError, match=f"{name} = 0.0 is outside its limit: {name} > 0"):
         RateLimits(**{name: 0.0})
+
+
+def test_arc__turns__are_run_before_its_end():
+    block = only_block("G3 X0 Y50 Z630 I-50 P3 F600", start=BESIDE)
+    turn = 2 * math.pi * 0.05
+    assert block.curve.length == pytest.approx(math.hypot(2.25 * turn, 0.03))
+    assert points(block, [4 / 9, 8 / 9, 1.0]) == pytest.approx(
+        np.array([(0.05, 0, 0.6 + 0.03 * 4 / 9, 0, 0), (0.05, 0, 0.6 + 0.03 * 8 / 9, 0, 0),
+                  (0, 0.05, 0.63, 0, 0)]), abs=1e-15,
+    )  # fmt: skip
+
+
+SPIRALS = ["G3 X-50.04 Y0 I-50", "G2 X-49.96 Y0 Z640 I-50 A5", "G3 X50.03 Y0 I-50 P3",
+           "G17 G3 X50.02 Y.3 Z601 I-50"]  # fmt: skip
+
+
+@pytest.mark.parametrize("text", SPIRALS)
+def test_spiral__of_an_arc_off_its_circle__is_that_of_even_growth(text):
+    """Radius and height over the angle are straight lines; s is the length; derivatives agree."""
+    curve = only_block(f"{text} F600", start=BESIDE).curve
+    s = np.linspace(0.0, curve.length, 20001)
+    q, d1, d2 = curve.evaluate(s)
+    d3 = curve.third(s)
+    angle = np.unwrap(np.arctan2(q[:, 1], q[:, 0]))
+    share = (angle - angle[0]) / (angle[-1] - angle[0])
+    for value in (np.hypot(q[:, 0], q[:, 1]), q[:, 2], q[:, 3]):
+        assert value == pytest.approx(value[0] + (value[-1] - value[0]) * share, abs=1e-12)
+    assert np.linalg.norm(d1[:, :3], axis=1) == pytest.approx(np.ones(len(s)), abs=1e-12)
+    for value, slope in ((q, d1), (d1, d2), (d2, d3)):
+        step = (value[2:] - value[:-2]) / (s[2:] - s[:-2])[:, None]
+        assert step == pytest.approx(slope[1:-1], rel=1e-6, abs=1e-6 * np.abs(slope).max())
+    end = parse(f"G90 {text} F600\nM2", start=BESIDE).moves[0].end
+    assert q[-1, :3] * 1e3 == pytest.approx(end[:3], abs=1e-12)

@@ -49,23 +49,29 @@ def code(name: str) -> str:
     return re.sub(r"//[^\n]*", "", (ROOT / name).read_text())
 
 
-def quartus_assignments(folder: Path) -> list[tuple[str, ...]]:
-    """Words of every Quartus command of build.tcl, run with stand-ins for those commands."""
+def quartus_assignments(folder: Path, *words: str, pins: str = "") -> list[tuple[str, ...]]:
+    """Words of every Quartus command of build.tcl, run with stand-ins for those commands.
+
+    pins: text in place of pins.tcl. An error of the script is the last call, `error` and its words.
+    """
     root = folder / "project"
     for name in [*LISTED, *BOARD, "rtl/asip/asip.f", "scripts/quartus/pins.tcl"]:
         (root / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / name, root / name)
+    if pins:
+        (root / "scripts/quartus/pins.tcl").write_text(pins)
     script = root / "scripts/quartus/build.tcl"
     shutil.copy(TCL, script)
     made = calls(
+        f"set quartus(args) {{{' '.join(words)}}}\n"
         "proc get_names args {"
         " return {OSC1_50 BUTTON_N {address_i[0]} {address_i[1]} read_i irq_o} }\n"
         "proc get_name_info args { return [lindex $args end] }\n"
         "proc foreach_in_collection {name collection body} {"
         " uplevel 1 [list foreach $name $collection $body] }\n"
-        f"source {{{script}}}\n",
-        "load_package project_new project_close set_global_assignment set_location_assignment "
-        "set_instance_assignment export_assignments execute_module".split(),
+        f"if {{[catch {{source {{{script}}}}} cause]}} {{ stopped $cause }}\n",
+        "stopped load_package project_new project_close set_global_assignment "
+        "set_location_assignment set_instance_assignment export_assignments execute_module".split(),
     )
     return [tuple(word.replace(f"{root}/", "") for word in call) for call in made]
 
@@ -147,6 +153,33 @@ def test_quartus_project_adds_the_listed_files_in_order_then_the_board(tmp_path)
     assert added == LISTED + BOARD
 
 
+def test_quartus_project__from_plain_verilog__has_that_file_alone(tmp_path):
+    file = tmp_path / "project/build/plain/quartus/asip_de3.v"
+    assert quartus_assignments(tmp_path, "plain")[-1][1].endswith("is missing; run make plain")
+    file.parent.mkdir(parents=True)
+    file.touch()
+    made = quartus_assignments(tmp_path, "plain")
+    files = [words[2:] for words in made if len(words) == 4 and words[2].endswith("VERILOG_FILE")]
+    assert files == [("VERILOG_FILE", "build/plain/quartus/asip_de3.v")]
+
+
+LOCATED = """set real_pins { {OSC1_50 PIN_A1 "2.5 V"} {BUTTON_N PIN_B2 "2.5 V"} }\n"""
+
+
+def test_quartus_project__for_the_board__needs_locations_then_makes_an_image(tmp_path):
+    stopped = quartus_assignments(tmp_path, "board")[-1]
+    assert stopped[0] == "stopped" and "OSC1_50 has no location" in stopped[1]
+    made = quartus_assignments(tmp_path, "board", pins=LOCATED)
+    places = {words[1:] for words in made if words[0] == "set_location_assignment"}
+    assert places == {("PIN_A1", "-to", "OSC1_50"), ("PIN_B2", "-to", "BUTTON_N")}
+    assert made[-2:] == [("execute_module", "-tool", "asm"), ("project_close",)]
+
+
+def test_quartus_project__unknown_word__is_refused(tmp_path):
+    (stopped,) = (w for w in quartus_assignments(tmp_path, "bord") if w[0] == "stopped")
+    assert stopped[1] == "unknown word 'bord'; there are plain and board"
+
+
 def test_quartus_project_has_the_published_device_and_runs_map_fit_sta(tmp_path):
     words = quartus_assignments(tmp_path)
     settings = {line[2:] for line in words if line[0] == "set_global_assignment"}
@@ -154,6 +187,7 @@ def test_quartus_project_has_the_published_device_and_runs_map_fit_sta(tmp_path)
     assert ("FAMILY", "Stratix III") in settings
     assert ("TOP_LEVEL_ENTITY", "asip_de3") in settings
     assert ("VERILOG_INPUT_VERSION", "SYSTEMVERILOG_2005") in settings
+    assert {("VERILOG_MACRO", "SYNTHESIS=1"), ("VERILOG_MACRO", "QUARTUS=1")} <= settings
     tools = [line[-1] for line in words if line[0] == "execute_module"]
     assert tools == ["map", "map", "fit", "sta"]
 
@@ -177,7 +211,10 @@ def test_constraints_and_pins_name_ports_of_the_board_top():
         for group in re.findall(r"get_ports \{([^}]*)\}", sdc)
         for port in group.split()
     }
-    assert named == ports, "every port is a clock or has its false path"
+    assert named == ports, "every port is a clock, has its delays or a false path"
+    bus = ports - {"OSC1_50", "BUTTON_N"}
+    assert len(re.findall(r"set_(?:in|out)put_delay", sdc)) == 4
+    assert bus == {port for port in named if not port.isupper()}
     pins = re.findall(r"(?m)^\s*\{(\w+)\s+\"", (ROOT / "scripts/quartus/pins.tcl").read_text())
     assert set(pins) < ports
 

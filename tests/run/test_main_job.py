@@ -36,7 +36,7 @@ LINE = "G64 P0.01\nG1 X2 F1200\nY2\nM2\n"
         ("G1 X1\nM2\n", None, "part.ngc:1:"),
         ("G0 X1\nA14000\nM2\n", None, "part.ngc:2: error: the move leaves the workspace; got A"),
         ("G61.1 G0 X1\nA200\nM2\n", None, "part.ngc:2: error: tick "),
-        (None, None, "part.ngc: error: No such file"),
+        (None, None, "part.ngc: No such file"),
         (LINE, "[T_s\n", "robot.toml:1:"),
         (LINE, "", "robot.toml: error: "),
     ],

@@ -140,6 +140,7 @@ def test_pulse__is_that_of_the_closed_loop_behind_a_reversal_and_fades(n):
     assert abs(found[-1]) < 1e-9
 
 
+@FULL
 def test_adaptive_law__errs_less_than_a_feed_forward_that_believes_in_too_little_friction():
     plain, fed, adapted = (run(k, 0.8) for k in ("none", "feed-forward", "adaptive"))
     assert adapted.reversal_leg <= 0.5 * plain.reversal_leg

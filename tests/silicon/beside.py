@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A module at work with its netlist beside it: the same inputs, every output in every clock.
+"""A module at work next to its netlist or its plain Verilog: every output in every clock.
 
 Random inputs are no frame, no program and no path, and they keep the gates of a drive off. Here a
 checker is bound to the module inside the model of an existing test, which gives it its work
 (work.py). A difference ends the process, so `run` starts one:
 
 python -m tests.silicon.beside ethercat_slave 100
+python -m tests.silicon.beside --plain biss_port 1
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from unittest.mock import patch
 
 from sim.harness import build
 from tests.bench.faults import write_if_changed
-from tests.silicon.lockstep import CLOCK, RESET, Outcome, output_bits, still_bits
+from tests.silicon.lockstep import Outcome, output_bits, still_bits
 from tests.silicon.netlist import (
     BUILD,
     MODEL_FLAGS,
@@ -32,8 +33,9 @@ from tests.silicon.netlist import (
     NetlistError,
     literal,
     make_netlist,
+    make_plain,
 )
-from tests.silicon.work import WORK, Work
+from tests.silicon.work import PLAIN_WORK, WORK, Work
 
 DIFFERS, MOVED = "differs from its netlist at clock", "outputs that have changed:"
 
@@ -69,13 +71,13 @@ def checker(work: Work, netlist: Netlist) -> str:
         f"  assign rtl = {{{', '.join(reversed(outputs))}}};\n"
         "  assign moved = begun_q ? moved_q | rtl ^ before_q : '0;\n"
         f"  {netlist.module} u_netlist ({', '.join(pins)});\n"
-        f"  always @(posedge {CLOCK}) begin\n"
+        f"  always @(posedge {work.clock}) begin\n"
         "    clocks_q <= clocks_q + 1;\n"
         "    before_q <= rtl;\n"
         "    moved_q <= moved;\n"
-        f"    begun_q <= {RESET};\n"
+        f"    begun_q <= {work.reset};\n"
         f'    if (moved != moved_q) $display("{MOVED} %h", moved);\n'
-        f"    if ({RESET} && rtl != netlist)\n"
+        f"    if ({work.reset} && rtl != netlist)\n"
         f'      $fatal(1, "{top} {DIFFERS} %0d: %h", clocks_q, rtl ^ netlist);\n'
         "  end\n"
         "endmodule\n"
@@ -83,18 +85,21 @@ def checker(work: Work, netlist: Netlist) -> str:
     )
 
 
-def netlist_of(work: Work, folders: Sequence[Path]) -> Netlist:
-    """Netlist of the module as the work has it. Raises NetlistError."""
-    return make_netlist(work.top, work.parameters, f"{work.top}_netlist", folders)
+def netlist_of(work: Work, folders: Sequence[Path], plain: bool = False) -> Netlist:
+    """Netlist, or plain Verilog, of the module as the work has it. Raises NetlistError."""
+    make = make_plain if plain else make_netlist
+    return make(work.top, work.parameters, f"{work.top}_netlist", folders)
 
 
 @contextmanager
-def bound(work: Work, folders: Sequence[Path] = (ROOT / "rtl",)) -> Iterator[None]:
-    """Models built meanwhile have assertions, and the netlist beside the module of `work`.
+def bound(
+    work: Work, folders: Sequence[Path] = (ROOT / "rtl",), plain: bool = False
+) -> Iterator[None]:
+    """Models built meanwhile have assertions, and the netlist next to the module of `work`.
 
     Raises NetlistError.
     """
-    netlist = netlist_of(work, folders)
+    netlist = netlist_of(work, folders, plain)
     text = BUILD / f"beside_{netlist.verilog.parent.name}.sv"
     write_if_changed(text, checker(work, netlist))
     files = (*netlist.sources, text)
@@ -104,13 +109,17 @@ def bound(work: Work, folders: Sequence[Path] = (ROOT / "rtl",)) -> Iterator[Non
         yield
 
 
-def run(name: str, count: int, folders: Sequence[Path] = (ROOT / "rtl",)) -> Outcome:
+def run(
+    name: str, count: int, folders: Sequence[Path] = (ROOT / "rtl",), plain: bool = False
+) -> Outcome:
     """Compare a module with its netlist, made from `folders`, at the work `name`, so much of it.
 
-    first: a clock of the instance. Raises NetlistError, also where the work itself fails.
+    plain: with its plain Verilog instead, at work of PLAIN_WORK. first: a clock of the instance.
+    Raises NetlistError, also where the work itself fails.
     """
-    netlist = netlist_of(WORK[name], folders)
+    netlist = netlist_of((PLAIN_WORK if plain else WORK)[name], folders, plain)
     command = [sys.executable, "-m", __spec__.name, name, count, "--folders", *folders]
+    command += ["--plain"] if plain else []
     done = subprocess.run([*map(str, command)], cwd=ROOT, capture_output=True, text=True)
     said = done.stdout + done.stderr
     moved = functools.reduce(
@@ -127,12 +136,16 @@ def main() -> None:
     """Command line: which module, and how much work."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    parser.add_argument("work", choices=WORK)
+    parser.add_argument("work", choices=WORK | PLAIN_WORK)
     parser.add_argument("count", type=int)
     parser.add_argument("--folders", nargs="+", type=Path, default=[ROOT / "rtl"])
+    parser.add_argument("--plain", action="store_true", help="plain Verilog, not the netlist")
     options = parser.parse_args()
-    work = WORK[options.work]
-    with bound(work, options.folders):
+    table = PLAIN_WORK if options.plain else WORK
+    if options.work not in table:
+        parser.error(f"no work {options.work} here; there are {', '.join(table)}")
+    work = table[options.work]
+    with bound(work, options.folders, options.plain):
         work.do(options.count)
 
 

@@ -3,35 +3,32 @@
 
 from __future__ import annotations
 
-import subprocess
-
 import pytest
 
+from scripts.plain_goals import AT_WORK, in_four_states, parsed
 from scripts.plain_verilog import CORES
-from sim.harness.asip_rtl import AsipRtl
 from tests.bench.needs import needs
-from tests.silicon import lockstep, ticks
+from tests.silicon import beside, lockstep
 from tests.silicon.netlist import make_plain
 from tests.silicon.test_netlist import IN_EVERY_RUN, planted
+from tests.silicon.ticks import PROGRAMS
+from tests.silicon.work import PLAIN_WORK
 
 pytestmark = needs("yosys")
-QUICK = ("biss_port", "mii_to_rgmii")
-BLACK_BOXES = "-i"  # Icarus ignores modules that it does not have, such as the PLL of a board
+SMALL = ("biss_port", "mii_to_rgmii")  # of quick models
 
 
 @needs("iverilog")
 @pytest.mark.parametrize(
-    "top", [pytest.param(top, marks=() if top in QUICK else pytest.mark.full) for top in CORES]
+    "top", [pytest.param(top, marks=() if top in SMALL else pytest.mark.full) for top in CORES]
 )
 def test_plain_verilog__of_a_core__is_parsed_by_icarus_as_2001(top: str) -> None:
-    plain = make_plain(top)
-    command = ["iverilog", "-g2001", "-Wall", BLACK_BOXES, "-t", "null", "-s", plain.module]
-    done = subprocess.run([*command, plain.verilog], capture_output=True, text=True)
-    assert (done.returncode, done.stdout + done.stderr) == (0, "")
+    assert parsed(top)
 
 
-def test_plain_verilog__of_a_unit__gives_every_output_in_every_clock() -> None:
-    outcome = lockstep.run(IN_EVERY_RUN, clocks=50_000, make=make_plain)
+@pytest.mark.parametrize("module", [IN_EVERY_RUN, SMALL[0]])
+def test_plain_verilog__of_a_module__gives_every_output_in_every_clock(module: str) -> None:
+    outcome = lockstep.run(module, clocks=50_000, make=make_plain)
     assert outcome.first is None
     assert len(outcome.still) < outcome.bits / 2, "the inputs reach the outputs"
 
@@ -43,12 +40,26 @@ def test_plain_verilog__with_a_planted_fault__differs_within_few_clocks() -> Non
     assert outcome.first is not None
 
 
+def test_work__is_there_for_every_core() -> None:
+    assert {work.top for work in PLAIN_WORK.values()} == set(CORES)
+    assert set(AT_WORK) == set(PLAIN_WORK)
+
+
 @pytest.mark.full
-@pytest.mark.parametrize("configuration", ["small", "fast"])
-@pytest.mark.parametrize("program", ticks.PROGRAMS)
-def test_plain_verilog__of_the_asip__gives_bits_and_cycles_of_whole_ticks(
-    program: str, configuration: str
-) -> None:
-    cores = ticks.AsipPlain(configuration), AsipRtl(configuration)
-    image = ticks.program(program, configuration)
-    assert ticks.compared(image, ticks.inputs(10_000), *cores)[0] is None
+@pytest.mark.parametrize("name", PLAIN_WORK)
+def test_plain_verilog__at_work__gives_every_output_in_every_clock(name: str) -> None:
+    outcome = beside.run(name, 2, plain=True)
+    assert outcome.first is None
+    assert len(outcome.still) < outcome.bits / 2, "the work moves the outputs"
+
+
+@pytest.mark.full
+def test_plain_verilog__at_work_with_a_planted_fault__differs() -> None:
+    lines = "missed_q <= (missed_q && !clear)", "missed_q <= missed_q"
+    faulty = planted(102, "drive/biss_port.sv", "a dropped request is never cleared", *lines)
+    assert beside.run("biss_port", 1, [faulty], plain=True).first is not None
+
+
+@needs("iverilog")
+def test_law__in_icarus__has_no_x_and_the_words_of_the_model() -> None:
+    in_four_states(PROGRAMS[1], 3)

@@ -6,17 +6,24 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
+from pathlib import Path
 
 import pytest
 
+from sim.board.model import BOARDS, BoardRtl
 from sim.custom_table import load as custom_instructions
-from sim.ethercat.datagram import APWR, single
+from sim.ethercat.datagram import APRD, APWR, single
+from sim.ethercat.device import DeviceRtl
 from sim.ethercat.gen import esc_regmap
 from sim.ethercat.line import Line
+from sim.harness.asip_rtl import HARNESS, AsipRtl
+from sim.harness.build import build_library
 from sim.harness.nios_map import default_system_map
 from sim.harness.nios_rtl import PLATFORMS
+from sim.harness.sources import sources_of
 from sim.model import float32
 from sim.model.parameters import Robot
+from sim.model.records import COUNTS, SET_POINTS
 from sim.motion import show_path
 from sim.motion.step_stream import Steps
 from sim.run.nios import NiosController, torque_limit
@@ -27,8 +34,12 @@ from tests.motion.test_step_stream import SHORT
 from tests.motion_rtl.test_path import run_commands
 from tests.nios.test_nios_system import check_words
 from tests.servo.test_chain import chain
+from tests.silicon import ticks
+from tests.silicon.lockstep import CLOCK, RESET
 from tests.silicon.netlist import ROOT
+from tests.silicon.test_board import AXES, connected, runs_as_the_core, stepped, turned
 
+START_NS = 3_000_000  # until the program of the device runs
 PATH_TICKS = 600  # of the reversing path: every part of the law acts
 
 
@@ -36,18 +47,24 @@ PATH_TICKS = 600  # of the reversing path: every part of the law acts
 class Work:
     """top: the module, in a model with these parameters; do: so much of the work.
 
-    `do` raises AssertionError where the RTL does its work wrong.
+    `do` raises AssertionError where the RTL does its work wrong. Outputs are compared at the rising
+    edges of `clock` while `reset` is 1.
     """
 
     top: str
     do: Callable[[int], None]
     parameters: Mapping[str, int] = field(default_factory=dict)
+    clock: str = CLOCK
+    reset: str = RESET
 
 
-def run_tests(*files: str, without: str = "") -> None:
-    """Tests of these files that are not for the full run. Raises AssertionError if one fails."""
+def run_tests(*files: str, only: str = "") -> None:
+    """Tests of these files that are not for the full run, `only` those of an expression of pytest.
+
+    Raises AssertionError if one fails.
+    """
     options = ["-q", "-s", "-x", "-n0", "-m", "not full", "-p", "no:cacheprovider"]
-    options += ["-k", f"not {without}"] if without else []
+    options += ["-k", only] if only else []
     done = pytest.main([*options, *(str(ROOT / "tests" / file) for file in files)])
     assert done == pytest.ExitCode.OK, "a test fails"
 
@@ -79,7 +96,7 @@ def path_commands(count: int) -> None:
 
     The program moves five axes by records, the commands by the interpolators.
     """
-    run_tests("motion_rtl/test_path.py", without="without_interpolators")
+    run_tests("motion_rtl/test_path.py", only="not without_interpolators")
     run_commands(count, SEED)
     drawn = show_path.run(SHORT, Steps(leg=5e5))
     assert all(row.agrees for row in show_path.results(drawn))
@@ -96,6 +113,63 @@ def control_ticks(platform: str, count: int) -> None:
     single = float32.run(robot, path, counts)
     check_words(result, single, 0, torque_limit(single, slice(0, count)))
     controller.core.close()
+
+
+def core_ticks(configuration: str, count: int, rtl: type[AsipRtl] = AsipRtl) -> None:
+    """So many ticks of each tracking program on the core, of a path with reversals."""
+    core = rtl(configuration)
+    data = ticks.inputs(max(count, PATH_TICKS))[:count]
+    for name in ticks.PROGRAMS:
+        core.reset()
+        image = ticks.program(name, configuration)
+        core.load(image)
+        reads = core.output_addresses([output.name for output in image.outputs])
+        result = core.run(core.input_addresses([*SET_POINTS, *COUNTS]), data, reads)
+        assert (result.fault, len(result.cycles)) == ("NONE", count)
+        assert (result.cycles == image.cycles).all()
+    core.close()
+
+
+class De3Rtl(AsipRtl):
+    """The board top of the DE3 with the bench of the core on its bus."""
+
+    def _library(self, parameters: Mapping[str, int]) -> Path:
+        files = [*sources_of("asip_de3"), Path(__file__).with_name("asip_on_de3.sv")]
+        flags = ("--prefix", "Vasip")
+        return build_library("asip_on_de3", files, HARNESS, parameters, model_flags=flags)
+
+
+class PairRtl(AsipRtl):
+    """The pair in lockstep with the bench of one core."""
+
+    def _library(self, parameters: Mapping[str, int]) -> Path:
+        top = "asip_lockstep"
+        flags = ("--prefix", "Vasip")
+        return build_library(top, sources_of(top), HARNESS, parameters, model_flags=flags)
+
+
+def board_commands(name: str, count: int) -> None:
+    """A program over the board's serial port, `count` turns of its last encoder, steps."""
+    board, last = BoardRtl(name), AXES[name] - 1
+    client = connected(board, BOARDS[name].divider)
+    runs_as_the_core(board)
+    client = connected(board, BOARDS[name].divider)
+    assert turned(board, client, last, count) == [0] * last + [4 * count]
+    assert stepped(board, client, last) == (10, 1 << last)
+    board.close()
+
+
+def device_ticks(count: int) -> None:
+    """So many control ticks of the device, each with a frame that reads its registers."""
+    device = DeviceRtl()
+    device.run(START_NS)
+    device.take_machine()
+    frame = single(APRD, 0, 0, bytes(64))
+    for _ in range(count):
+        device.send(frame)
+        device.tick()
+    assert device.counts()["returned"] >= count
+    device.close()
 
 
 def core_parameters(platform: str) -> dict[str, int]:
@@ -126,4 +200,43 @@ WORK = {
         )
         for platform in PLATFORMS
     },
+}
+
+
+def tests_only(*files: str, only: str = "") -> Callable[[int], None]:
+    """Work that is the tests of some files, whatever the count."""
+    return lambda _: run_tests(*files, only=only)
+
+
+def _board(name: str) -> Work:
+    pins = BOARDS[name]
+    return Work(pins.module, partial(board_commands, name), {}, pins.clock, pins.reset)
+
+
+SMALL = {"FmaPipes": 1, "Slots": 1}
+OWN_SIZE = "not single_reads and not instant and not halves"  # tests with the default parameters
+ON_DE3 = partial(core_ticks, "fast", rtl=De3Rtl)
+ON_ECPIX5 = partial(board_commands, "ecpix5")
+# Work of every top that `make plain` writes, by its name; `asip_small` is the other configuration.
+PLAIN_WORK = {
+    "asip": Work("asip", partial(core_ticks, "fast")),
+    "asip_small": Work("asip", partial(core_ticks, "small"), SMALL),
+    "asip_de3": Work(
+        "asip_de3", partial(core_ticks, "fast", rtl=De3Rtl), {}, "OSC1_50", "BUTTON_N"
+    ),
+    "asip_ecp5": Work("asip_ecp5", ON_ECPIX5, {"PllFeedback": 1}, "osc_i", "button_ni"),
+    **{work.top: work for work in map(_board, BOARDS)},
+    "asip_lockstep": Work("asip_lockstep", partial(core_ticks, "fast", rtl=PairRtl)),
+    "asip_axil": Work("asip_axil", tests_only("asip/test_axil.py", only="scenario and fast")),
+    "motion_axil": Work("motion_axil", tests_only("motion_rtl/test_axil.py")),
+    "n2_core": WORK["n2_core_fpga2"],
+    "n2_system": Work("n2_system", partial(control_ticks, "fpga2"), {"Platform": 2, "Trace": 1}),
+    "dual_asip": Work("dual_asip", tests_only("dual/test_hand_over.py")),
+    "debug_asip": Work("debug_asip", tests_only("debug/test_block.py", only="not small")),
+    "drive_front_end": WORK["drive_front_end"],
+    "ethercat_slave": WORK["ethercat_slave"],
+    "mii_to_rgmii": Work("mii_to_rgmii", tests_only("ethercat/test_rgmii.py")),
+    "ethercat_nios": Work("ethercat_nios", device_ticks),
+    "drive_chain": Work("drive_chain", control_periods),
+    "biss_port": Work("biss_port", tests_only("servo/test_biss_port.py", only=OWN_SIZE)),
 }

@@ -391,7 +391,8 @@ def test_command__program_with_a_mistake__shows_it_and_fails(tmp_path, capsys):
 
 def test_command__missing_file__says_so_and_fails(tmp_path, capsys):
     assert main([str(tmp_path / "none.ngc")]) == 1
-    assert capsys.readouterr().err == f"{tmp_path / 'none.ngc'}: error: No such file or directory\n"
+    told = f"error: {tmp_path / 'none.ngc'}: No such file or directory\n"
+    assert capsys.readouterr().err == f"python -m sim.trajectory: {told}"
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from collections.abc import Callable, Sequence
 
 from rich.console import Console
 
-from asip_asm.command import command_parser
+from asip_asm.command import command, command_parser
 from asip_asm.project import ROOT
 from sim.fpbench import campaign as runner
 from sim.goals import as_json, missed, terminal_table
@@ -84,6 +84,7 @@ def inject(depth: str, jobs: int, scheduler: str | None, console: Console) -> di
     return cores
 
 
+@command("make upsets")
 def main(arguments: Sequence[str] | None = None) -> int:
     """Command line."""
     parser = command_parser("make upsets", __doc__)

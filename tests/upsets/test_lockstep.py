@@ -13,10 +13,10 @@ import pytest
 from asip_asm.isa import default_isa
 from sim.harness import build
 from sim.harness.asip_bus import FAULT_NAMES
-from sim.harness.asip_rtl import HARNESS as BENCH
 from sim.harness.asip_rtl import AsipRtl
 from sim.harness.sources import sources_of
 from tests.silicon.ticks import PROGRAMS, compared, inputs, program
+from tests.silicon.work import PairRtl
 from tests.upsets.model import EFFECTS, HARNESS, OPEN, UPSET, Model
 from tests.upsets.plan import KINDS, draw, line_of, upset_of
 
@@ -36,15 +36,6 @@ class PairModel(Model):
             HARNESS,
             {"FmaPipes": shape.fma_pipes, "Slots": len(shape.slots)},
             model_flags=("--flatten", "--vpi", "--prefix", "Vasip"),
-        )
-
-
-class PairRtl(AsipRtl):
-    """The pair behind the bench of one core."""
-
-    def _library(self, parameters) -> Path:
-        return build.build_library(
-            TOP, sources_of(TOP), BENCH, parameters, model_flags=("--prefix", "Vasip")
         )
 
 

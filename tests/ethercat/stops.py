@@ -1,0 +1,212 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Stops at random: an axis that is not where its set-point is, in any mode and at any cycle of the
+master, stops by a fault, a command or the end of the frames.
+
+The machine is a mass with a limit of force and a loop of position and speed without an integral.
+Nothing of it is in the application.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from random import Random
+
+from tests.ethercat.drives import (
+    CSP,
+    CST,
+    CSV,
+    ENABLE,
+    HOMING,
+    PP,
+    QUICK_STOP,
+    SHUTDOWN,
+    SWITCH_ON,
+    TICK,
+    Drives,
+)
+from tests.ethercat.host import SAFEOP
+
+NO_MODE = 0
+MODES = (CSP, CSV, CST, PP, HOMING, NO_MODE)
+NOISE = 10_000  # increments/s: two of the last places of a position in a control cycle
+FAULT = 0x5441
+HALT = ENABLE | 0x100
+COMMANDS = {"quick stop": QUICK_STOP, "shutdown": SHUTDOWN, "disable": SWITCH_ON, "halt": HALT}
+KINDS = ("fault", "frames end", "SAFEOP", *COMMANDS)
+CAMPAIGN = 10_000
+
+
+@dataclass
+class Mass:
+    """One axis in increments and seconds; `force` is the greatest acceleration."""
+
+    force: float
+    bandwidth: float
+    position: float = 0.0
+    speed: float = 0.0
+
+    def lag(self, speed: float) -> float:
+        """The greatest lag of its loop after a set-point that is at rest at once."""
+        return speed / (math.e * self.bandwidth)
+
+    def step(self, axis) -> None:
+        """A control cycle with this command."""
+        wanted = 0.0
+        if axis.power and axis.torque_only:
+            wanted = axis.torque / 1000 * self.force
+        elif axis.power:
+            lag = axis.position + axis.fraction - self.position
+            wanted = self.bandwidth**2 * lag + 2 * self.bandwidth * (axis.velocity - self.speed)
+            wanted += axis.acceleration
+        wanted = max(-self.force, min(self.force, wanted))
+        self.position += self.speed * TICK + wanted * TICK**2 / 2
+        self.speed += wanted * TICK
+
+
+class Moved(Drives):
+    """The first axis is a mass."""
+
+    def __init__(self, mode: int, mass: Mass) -> None:
+        super().__init__(mode)
+        self.mass = mass
+        self.held.add(0)
+
+    def cycle(self, count: int = 1) -> None:
+        """The law has the set-point of a pass at the tick after it, as on the robot."""
+        for _ in range(count):
+            before = type(self.command.axis[0]).from_buffer_copy(self.command.axis[0])
+            super().cycle()
+            if hasattr(self, "mass"):
+                self.mass.step(before)
+                self.feedback.axis[0].position = round(self.mass.position)
+
+
+def run_to_the_stop(drives: Moved, period: int | None = 10) -> tuple[list[float], float]:
+    """Measured speeds from the present one on, and the distance, till power goes or it rests; a
+    frame in each `period`-th cycle.
+    """
+    speeds, start = [drives.mass.speed], drives.mass.position
+    for n in range(20_000):
+        if period and n % period == 0:
+            drives.outputs(drives.values)
+        drives.cycle()
+        speeds.append(drives.mass.speed)
+        axis = drives.command.axis[0]
+        if not axis.power or (n > 20 and axis.velocity == 0 and abs(drives.mass.speed) < NOISE):
+            break
+    return speeds, abs(drives.mass.position - start)
+
+
+@dataclass(frozen=True)
+class Stop:
+    """What came of a stop: speeds in increments/s, distances in increments."""
+
+    kind: str
+    mode: int
+    before: float  # the measured speed at the stop
+    highest: float  # after it
+    distance: float
+    longest: (
+        float  # what it may be: at the ordered deceleration, a tick, the loop's lag, an increment
+    )
+
+    @property
+    def ratio(self) -> float:
+        """Highest speed after the stop, noise aside, over the speed at the stop."""
+        return max(0.0, self.highest - NOISE) / max(self.before, 1.0)
+
+    @property
+    def too_far(self) -> bool:
+        return self.distance > self.longest
+
+
+def situation(seed: int) -> Stop:
+    """One random stop."""
+    random = Random(seed)
+    mode = random.choice(MODES)
+    mass = Mass(force=random.uniform(4e8, 3e9), bandwidth=random.uniform(100.0, 900.0))
+    drives = Moved(mode if mode != HOMING else CSV, mass)
+    period = random.choice((1, 2, 5, 10, 40))
+    quick, fault, halt = random.choice((1, 2, 5, 6)), random.choice((1, 2)), random.choice((1, 2))
+    profile = random.choice((100_000_000, 300_000_000))
+    drives.put(0x60C2, 1, period)
+    drives.put(0x60C2, 2, -4)
+    drives.put(0x10F1, 2, 2)
+    drives.put(0x6065, 0, random.choice((20_000, 100_000, 0xFFFFFFFF)))
+    drives.put(0x605A, 0, quick)
+    drives.put(0x605B, 0, 1)
+    drives.put(0x605E, 0, fault)
+    drives.put(0x605D, 0, halt)
+    drives.put(0x6083, 0, profile)
+    fast = drives.get(0x6085)
+    mass.position = random.uniform(-5e6, 5e6)
+    drives.feedback.axis[0].position = round(mass.position)
+    drives.enable(position=round(mass.position) + random.randrange(-100_000, 100_000))
+    size = random.choice((10_000, 300_000, 5_000_000))
+    drives.set(
+        position=round(mass.position) + random.randrange(-size, size),
+        velocity=random.randrange(-20_000_000, 20_000_000),
+        torque=random.randrange(-300, 300),
+        control=ENABLE | (0x30 if mode == PP else 0),
+    )
+    kind = random.choice(KINDS)
+    cycles = random.randrange(2, 400)
+    turn = random.randrange(cycles)  # here the mode changes to homing
+    for n in range(cycles):
+        if mode == HOMING and n >= turn:
+            drives.set(mode=HOMING)
+        if n % period == 0:
+            drives.outputs(drives.values)
+        drives.cycle()
+        if drives.command.axis[0].power and drives.state() != "OPERATION ENABLED":
+            kind = "following error"
+            break
+    else:
+        _begin(drives, kind, period)
+    # The pass that found the fault gave the first set-point of the stop. Till the next tick the law
+    # has the one before.
+    before = abs(mass.speed)
+    drives.cycle()
+    before = max(before, abs(mass.speed))
+    speeds, distance = run_to_the_stop(drives, None if kind == "frames end" else period)
+    ramp = {
+        "quick stop": profile if quick in (1, 5) else fast,
+        "SAFEOP": profile if quick in (1, 5) else fast,
+        "halt": profile if halt == 1 else fast,
+        "shutdown": profile,
+        "disable": profile,
+    }.get(kind, profile if fault == 1 else fast)
+    return Stop(
+        kind=kind,
+        mode=mode,
+        before=before,
+        highest=max(map(abs, speeds)),
+        distance=distance,
+        longest=before**2 / (2 * min(ramp, mass.force)) + before * TICK + mass.lag(before) + 1,
+    )
+
+
+def _begin(drives: Moved, kind: str, period: int) -> None:
+    """The stop, and the pass that begins it."""
+    if kind == "frames end":  # the device falls to SAFEOP after three periods
+        for _ in range(3 * period + 10):
+            drives.cycle()
+            if drives.state() != "OPERATION ENABLED":
+                return
+        raise AssertionError("the device did not notice the end of the frames")
+    if kind == "fault":
+        drives.feedback.axis[0].fault = FAULT
+    elif kind == "SAFEOP":
+        drives.ask(SAFEOP)
+    else:
+        drives.set(control=COMMANDS[kind])
+        drives.outputs(drives.values)
+    drives.cycle()
+
+
+def campaign(first: int, count: int) -> Iterator[tuple[int, Stop]]:
+    """Seed and stop of `count` situations from a seed on."""
+    for seed in range(first, first + count):
+        yield seed, situation(seed)

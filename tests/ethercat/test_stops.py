@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Stops of an axis that is not where its set-point is: they start from the measured motion."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.bench.seed import SEED
+from tests.ethercat.drives import CSP, CSV, ENABLE, QUICK_STOP, SHUTDOWN, SWITCH_ON, TICK, Drives
+from tests.ethercat.stops import (
+    CAMPAIGN,
+    KINDS,
+    MODES,
+    NOISE,
+    Mass,
+    Moved,
+    campaign,
+    run_to_the_stop,
+)
+
+
+def check_situations(count: int) -> None:
+    """Each can be run again: `situation(seed)` of tests.ethercat.stops."""
+    kinds, modes = set(), set()
+    for seed, stop in campaign(SEED, count):
+        assert stop.ratio <= 1, f"situation({seed}) accelerates: {stop}"
+        assert not stop.too_far, f"situation({seed}) goes too far: {stop}"
+        kinds.add(stop.kind)
+        modes.add(stop.mode)
+    assert kinds >= {*KINDS, "following error"} and modes == set(MODES)
+
+
+def test_stops__no_random_one_accelerates_or_goes_too_far():
+    check_situations(150)
+
+
+@pytest.mark.full
+def test_stops__ten_thousand_random_ones():
+    check_situations(CAMPAIGN)
+
+
+def test_following_error__of_a_far_target_brakes_from_the_measured_speed():
+    """Actual 5 mm, target 0, a cycle of 4 ms: the axis is slow when the error is found."""
+    drives = Moved(CSP, Mass(force=2e8, bandwidth=300.0, position=500_000.0))
+    drives.put(0x60C2, 1, 4)
+    drives.feedback.axis[0].position = 500_000
+    for control in (SHUTDOWN, SWITCH_ON, ENABLE):
+        drives.set(control=control, position=0)
+        drives.outputs(drives.values)
+        drives.cycle()
+    for n in range(2000):
+        if n % 40 == 0:
+            drives.outputs(drives.values)
+        drives.cycle()
+        if drives.state() != "OPERATION ENABLED":
+            break
+    assert drives.state() == "FAULT REACTION ACTIVE" and drives.inputs()[0x603F, 0] == 0x8611
+    before = drives.mass.speed
+    drives.cycle()  # the law has the first set-point of the stop at the tick after it
+    before = max(abs(before), abs(drives.mass.speed))
+    speeds, way = run_to_the_stop(drives)
+    assert 100_000 < before < 10_000_000
+    assert max(map(abs, speeds)) <= before + NOISE
+    assert way <= 3 * (before**2 / (2 * drives.mass.force) + before * TICK)
+
+
+def test_stop__keeps_torque_until_the_axis_itself_rests():
+    """The set-point is at rest long before a weak machine is."""
+    drives = Moved(CSV, Mass(force=1e8, bandwidth=200.0))
+    drives.enable(velocity=4_000_000)
+    drives.follow(1500)
+    assert drives.mass.speed == pytest.approx(4e6, rel=0.01)
+    drives.set(control=QUICK_STOP)
+    for n in range(4000):
+        if n % 10 == 0:
+            drives.outputs(drives.values)
+        drives.cycle()
+        if not drives.command.axis[0].power:
+            break
+    assert drives.state() == "SWITCH ON DISABLED"
+    assert abs(drives.mass.speed) < 100_000
+
+
+def test_stop__of_an_axis_that_never_rests_ends_too():
+    drives = Drives(CSV)
+    drives.enable(velocity=0)
+    drives.held.add(0)
+    for n in range(3000):
+        drives.feedback.axis[0].position = 100_000 * (n % 2)
+        drives.set(control=QUICK_STOP)
+        drives.outputs(drives.values)
+        drives.cycle()
+    assert drives.state() == "SWITCH ON DISABLED" and not drives.command.axis[0].power
