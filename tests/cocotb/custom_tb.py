@@ -50,7 +50,8 @@ CYCLES = {"fadd": 3, "fsub": 3, "fmul": 3, "fdiv": 17, "fsqrt": 17, "floatis": 4
 CYCLES |= {"fsat": 3, "fsin": 37, "fcos": 37}  # The others take one.
 FIRST_CYCLES = {"fadd": 10, "fsub": 10, "fmul": 12, "fdiv": 35}
 STALLS = [0.0, 0.5]
-COUNT = 50  # calls with operands of each kind
+COUNT = 50  # calls with corner values
+RANDOM = 250  # calls with random operands
 SPECIAL = np.array(
     [0, 1 << 31, 1, 0x807FFFFF, 0x3F800000, 0xBF800000, 0xC0490FDB, 0x4EFFFFFF, 0x7F800000]
     + [0xFF800000, 0x7FC00000, 0x7F800001],
@@ -78,7 +79,7 @@ def columns_of(count: int) -> list[np.ndarray]:
     """Every pair of special values, some corner values, then random operands."""
     pairs = np.array(np.meshgrid(SPECIAL, SPECIAL)).reshape(2, -1)
     both = zip(pairs, operands("corners", 2), operands("random", 2), strict=True)
-    found = [np.concatenate((pair, corner[:COUNT], some[:COUNT])) for pair, corner, some in both]
+    found = [np.concatenate((pair, corner[:COUNT], some[:RANDOM])) for pair, corner, some in both]
     return [column.astype(np.uint32) for column in found[:count]]
 
 
@@ -123,6 +124,12 @@ async def fpga2__saturation__pairs_of_bounds(dut, stalls):
     low, high = (column[:32] for column in operands("random", 2))
     for i in cpu.random.sample(range(32), 32):
         assert (await cpu.call("fsat_set", int(low[i]), int(high[i]), rc=i)).cycles == 3
+        # The same fields with the number of no instruction write nothing.
+        dut.multi_n_i.value, dut.multi_c_i.value = 0x80, cpu.random.randrange(32)
+        dut.multi_writerc_i.value, dut.multi_start_i.value = 0, 1
+        dut.multi_readra_i.value = dut.multi_readrb_i.value = 1
+        await cpu.next()
+        cpu.idle()
     for i in range(32):
         assert (await cpu.call("fsat_low", 0, ra=i)).bits == low[i]
         assert (await cpu.call("fsat_high", 0, ra=i)).bits == high[i]

@@ -268,7 +268,7 @@ async def within_range(unit: Unit, cos: int) -> None:
     """Within the error bound of numpy in double precision; exact at zero."""
     rng = generator("cocotb angles")
     near = np.concatenate((rng.uniform(-256, 256, FEW), np.arange(-40, 41) * np.pi / 4))
-    small = np.exp2(rng.uniform(-40, 0, FEW // 4)) * rng.choice([-1, 1], FEW // 4)
+    small = np.exp2(rng.uniform(-147, 0, FEW // 4)) * rng.choice([-1, 1], FEW // 4)
     angles = np.concatenate((near, small, [256.0, -256.0]))
     a = np.concatenate((angles.astype(np.float32).view(np.uint32), np.uint32([0, 1 << 31])))
     got, raised = await unit.stream(a=a, cos=cos)
