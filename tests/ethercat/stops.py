@@ -70,7 +70,7 @@ class Moved(Drives):
 
     def __init__(self, mode: int, mass: Mass) -> None:
         super().__init__(mode)
-        self.mass = mass
+        self.mass, self.sampled = mass, 0.0
         self.held.add(0)
 
     def cycle(self, count: int = 1) -> None:
@@ -79,6 +79,7 @@ class Moved(Drives):
             before = type(self.command.axis[0]).from_buffer_copy(self.command.axis[0])
             super().cycle()
             if hasattr(self, "mass"):
+                self.sampled = self.mass.speed  # when the pass had its position
                 self.mass.step(before)
                 self.feedback.axis[0].position = round(self.mass.position)
 
@@ -108,7 +109,7 @@ class Stop:
     before: float  # the measured speed at the stop
     highest: float  # after it
     distance: float
-    longest: float  # at the ordered deceleration, and a tick, the loop's lag, an increment
+    longest: float  # by the speed that the pass saw: braking, a tick, the loop's lag, an increment
 
     @property
     def ratio(self) -> float:
@@ -165,9 +166,10 @@ def situation(seed: int) -> Stop:
         _begin(drives, kind, period)
     # The pass that found the fault gave the first set-point of the stop. Till the next tick the law
     # has the one before.
-    before = abs(mass.speed)
+    before, sampled = abs(mass.speed), abs(drives.sampled)
     drives.cycle()
     before = max(before, abs(mass.speed))
+    start = max(before, sampled)  # a strong machine changes its speed within the tick
     speeds, distance = run_to_the_stop(drives, None if kind == "frames end" else period)
     ramp = {
         "quick stop": profile if quick in (1, 5) else fast,
@@ -182,7 +184,7 @@ def situation(seed: int) -> Stop:
         before=before,
         highest=max(map(abs, speeds)),
         distance=distance,
-        longest=before**2 / (2 * min(ramp, mass.force)) + before * TICK + mass.lag(before) + 1,
+        longest=start**2 / (2 * min(ramp, mass.force)) + start * TICK + mass.lag(start) + 1,
     )
 
 
