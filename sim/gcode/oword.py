@@ -45,7 +45,7 @@ class HeadReader(LineReader):
         text = self.source[begin : self.at].rstrip()
         known = keyword.group(1).lower() if keyword else ""
         if keyword is None and self._peek() in ("", "(", ";") and isinstance(label, int):
-            return Head(label, NUMBER, begin + 1, text)
+            return Head(label, NUMBER, begin + 1, self._as_written(begin, text))
         if known not in _KEYWORDS:
             self._fail(
                 "the O word has no known keyword",
@@ -55,7 +55,7 @@ class HeadReader(LineReader):
                 self.source[begin : keyword.end() if keyword else self.at].rstrip(),
             )
         self.at = keyword.end()
-        return Head(label, known, begin + 1, self.source[begin : self.at])
+        return Head(label, known, begin + 1, self._as_written(begin, self.source[begin : self.at]))
 
     def _number_label(self, begin: int) -> int:
         if self.source[self.at : self.at + 1] not in (*"0123456789#[",):

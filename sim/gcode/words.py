@@ -60,10 +60,23 @@ class LineReader(ValueReader):
     """Reads the words of one line."""
 
     def __init__(self, source: str, report: Report, read: Callable[[Key], float | None]) -> None:
+        self.written, self.told = source, report
         joined = _SPLIT_NUMBER.sub(_joined, source)
         deleted = _BLOCK_DELETE.match(joined)
         at = deleted.end() if deleted else 0
-        super().__init__(" " * at + joined[at:], report, read)
+        super().__init__(" " * at + joined[at:], self._tell, read)
+
+    def _tell(self, column: int, text: str, what: str, expected: str, help: str) -> None:
+        self.told(column, self._as_written(column - 1, text), what, expected, help)
+
+    def _as_written(self, begin: int, text: str) -> str:
+        """A part of the line that begins there, with the blanks inside its numbers."""
+        end, wanted = begin, "".join(text.split())
+        if self.written.startswith(text, begin):
+            return text
+        for letter in wanted:
+            end = self.written.find(letter, end) + 1
+        return self.written[begin:end]
 
     def words(self) -> tuple[list[Word], list[tuple[Key, float, int, str]]]:
         """Words in order, and settings (parameter, value, column, text)."""
@@ -76,7 +89,8 @@ class LineReader(ValueReader):
                 letter, number = plain.groups()
                 value = float(number)
                 if abs(value) <= MAX_NUMBER and letter.isascii():
-                    words.append(Word(letter.upper(), value, plain.group(), self.at + 1))
+                    text = self._as_written(self.at, plain.group())
+                    words.append(Word(letter.upper(), value, text, self.at + 1))
                     self.at = plain.end()
                     continue
             begin, char = self.at, source[self.at]
@@ -177,7 +191,7 @@ class LineReader(ValueReader):
             )
         text = self.source[begin : self.at].rstrip()
         self._check_range(begin, text, value)
-        return Word(letter.upper(), value, text, begin + 1)
+        return Word(letter.upper(), value, self._as_written(begin, text), begin + 1)
 
     def _starts_value(self) -> bool:
         if self._peek() in ("+", "-", "#", "["):
@@ -216,4 +230,4 @@ class LineReader(ValueReader):
         text = self.source[begin : self.at].rstrip()
         if not math.isfinite(value):
             self._check_range(begin, text, math.inf)
-        return key, value, begin + 1, text
+        return key, value, begin + 1, self._as_written(begin, text)

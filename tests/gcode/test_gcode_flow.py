@@ -293,7 +293,7 @@ MISTAKES = {
     "no such subroutine": ("G0X1\no7 call [1]\nM2", 2, 1, "o7 call", "no subroutine 7", "O7 sub"),
     "no such file": ("o<pocket> call\nM2", 1, 1, "o<pocket> call", "<pocket>", "O<pocket> sub"),
     "unknown keyword": ("o1 goto\nM2", 1, 1, "o1 goto", "no known keyword", "sub endsub call"),
-    "keyword missing": ("G0 X1\no100\nM2", 2, 1, "o100", "no known keyword", "sub endsub call"),
+    "keyword missing": ("G0 X1\no<a>\nM2", 2, 1, "o<a>", "no known keyword", "sub endsub call"),
     "label missing": ("o if [1]\nM2", 1, 1, "o", "no label", "a number"),
     "label not an integer": ("o1.5 if [1]\no1.5 endif\nM2", 1, 1, "o1.5", "is 1.5", "integer"),
     "condition missing": ("o1 if\nG0 X1\no1 endif\nM2", 1, 1, "o1 if", "if without a value", "[ ]"),

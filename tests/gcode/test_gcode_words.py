@@ -180,7 +180,7 @@ MISTAKES = {
     "result too large": ("G0 X[9000*2000]\nM2", 4, "X[9000*2000]", "out of range", "1e+07"),
     "nested": ("G0 X" + "[" * 60 + "1" + "]" * 60 + "\nM2", 55, "[", "nested too deeply", "50"),
     "block delete": ("G0 X1 /Y2\nM2", 7, "/Y2", "unexpected character", "a word"),
-    "blanks in a number": ("G0 X1 2 Y1 . .2\nM2", 9, "Y1..2", "malformed", "one decimal"),
+    "blanks in a number": ("G0 X1 2 Y1 . .2\nM2", 9, "Y1 . .2", "malformed", "one decimal"),
     "turns": ("G2 I1 P1.5 F9\nM2", 7, "P1.5", "number of turns", "from 1 to 1000"),
     "P of two": ("G64 P1 G2 I1 F9\nM2", 5, "P1", "belongs to G64 and to G2", "one word with P"),
     "machine coordinates of nothing": ("G53 G0\nM2", 1, "G53", "without a position", "X Y Z A C"),
