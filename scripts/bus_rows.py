@@ -15,6 +15,7 @@ from asip_asm.files import write_text
 from asip_asm.project import BUILD, ROOT
 from scripts.motion_size import area, speed
 from sim.coe.dictionary import load
+from sim.ethercat import ethercrab_master
 from sim.ethercat.clocks import synchronise
 from sim.ethercat.device_run import CYCLE_CLOCKS
 from sim.ethercat.line import Line, library
@@ -23,7 +24,8 @@ from sim.ethercat.tap import in_namespace
 from sim.goals import Goal, at_least, at_most, depth, not_measured
 from sim.harness.sources import sources_of
 from sim.model.parameters import Robot
-from tests.ethercat.stops import CAMPAIGN, campaign
+from tests.ethercat import sequences
+from tests.ethercat import stops as random_stops
 from tests.ethercat.test_cia402 import random_controlwords, transitions_one_by_one
 from tests.ethercat.test_frames import run_chains
 
@@ -33,13 +35,15 @@ MASTER_CYCLES = {False: 200, True: 100_000}
 PATH_TICKS = {False: 3_001, True: None}
 CHAINS = {False: 200, True: 100_000}
 CONTROLWORDS, PASSES = 100_000, 200
-STOPS = {False: 300, True: CAMPAIGN}
+STOPS = {False: 300, True: random_stops.CAMPAIGN}
+SEQUENCES = {False: 2_000, True: sequences.CAMPAIGN}
 CLOCK_CYCLES = 10_000
 PPM = (0.0, 100.0, -100.0)
 CABLE_PS = 500_000
 SEEDS = (1, 2, 3)
 TOP, DEVICE = "ethercat_slave", "ethercat_nios"
 KICKCAT_CYCLES = 200
+ETHERCRAB_CYCLES = 10_000
 SCAPY_CHAINS = 20
 KEPT = BUILD / "bus"
 # What a result depends on: everything that could, rather than what does. The slaves and their
@@ -186,9 +190,36 @@ def masters(order: Order, report: Report) -> Iterator[Goal]:
         "in OP without a wrong counter"
     )
     yield counted(name, right, cycles, MASTER_CYCLES[True])
+    yield from ethercrab(order, report)
     report("scapy")
     run_chains(SCAPY_CHAINS, 2)
     yield at_least("unrelated masters that work", working + 1, 3, "masters")
+
+
+def ethercrab(order: Order, report: Report) -> Iterator[Goal]:
+    """A third master, in Rust; it is compiled here, which a quick run leaves out."""
+    cycles = ETHERCRAB_CYCLES
+    for slaves in (1, 3):
+        name = f"ethercrab, {slaves} slave(s): cycles in OP without a wrong counter"
+        if not order.full:
+            yield not_measured(name, f">= {cycles}", "cycles", FULL)
+            continue
+        report(f"ethercrab, {slaves} slave(s), {cycles} cycles in OP")
+        try:
+            ethercrab_master.build()
+        except RuntimeError as error:
+            yield not_measured(name, f">= {cycles}", "cycles", str(error))
+            continue
+        options = ["--master", "ethercrab", "--slaves", str(slaves), "--cycles", str(cycles)]
+        files = ["sim/ethercat/ethercrab/Cargo.lock", "sim/ethercat/ethercrab/src/main.rs"]
+        of = mark(TOP, [*BENCH, *files], slaves, cycles)
+        found = kept(
+            f"ethercrab_{slaves}_{cycles}",
+            of,
+            lambda options=options: run("sim.ethercat.master_loop", options),
+        )
+        right = cycles - found["wrong_counters"] if found["state"] == "OP" else 0
+        yield at_least(name, right, cycles, "cycles")
 
 
 def clocks(order: Order, report: Report) -> Iterator[Goal]:
@@ -258,14 +289,25 @@ def stops(order: Order, report: Report) -> Iterator[Goal]:
     """Stops at random, in any mode, by faults, commands and the end of the frames."""
     count = STOPS[order.full]
     report(f"{count} stops at random")
-    found = [stop for _, stop in campaign(1, count)]
+    found = [stop for _, stop in random_stops.campaign(1, count)]
     name = "random stops in all modes and cycles"
-    yield depth(name, count, CAMPAIGN, "stops", FULL)
+    yield depth(name, count, random_stops.CAMPAIGN, "stops", FULL)
     ratio = max(stop.ratio for stop in found)
     about = "highest speed after a stop over the measured speed at it, noise aside"
     yield at_most(about, round(ratio, 4), 1, "1")
     about = "stops longer than v^2/2a, a tick and the lag of the law's loop"
     yield at_most(about, sum(stop.too_far for stop in found), 0, "stops")
+
+
+def objects(order: Order, report: Report) -> Iterator[Goal]:
+    """Writes to the objects at random, against the rules between objects."""
+    count = SEQUENCES[order.full]
+    report(f"{count} sequences of writes at random")
+    wrong = sum(bool(found) for _, found in sequences.campaign(1, count))
+    name = "random sequences of writes to objects"
+    yield depth(name, count, sequences.CAMPAIGN, "sequences", FULL)
+    name = "sequences that end in objects that do not go together"
+    yield at_most(name, wrong, 0, "sequences")
 
 
 def size(order: Order, report: Report) -> Iterator[Goal]:
@@ -291,5 +333,6 @@ PRODUCERS: dict[str, Callable[[Order, Report], Iterator[Goal]]] = {
     "drives": drives,
     "chains": chains,
     "stops": stops,
+    "objects": objects,
     "size": size,
 }

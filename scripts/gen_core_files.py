@@ -3,8 +3,9 @@
 
 Sources: the modules that each top instantiates (`sim.harness.sources`), the version in
 pyproject.toml.
-Outputs: rtl/<core>.core for each of CORES (CAPI2), rtl/Bender.yml. A file belongs to the first core
-one of whose tops needs it; the other cores depend on that one.
+Outputs: rtl/<core>.core for each of CORES (CAPI2), rtl/Bender.yml, and the assertions of each core
+as sim/assertions/<core>.core. A file belongs to the first core one of whose tops needs it; the
+other cores depend on that one.
 """
 
 from __future__ import annotations
@@ -12,12 +13,16 @@ from __future__ import annotations
 import sys
 import tomllib
 from collections import Counter
+from collections.abc import Sequence
+from pathlib import PurePosixPath
 from typing import Any
 
 import yaml
 
 from asip_asm.project import ROOT
 from scripts.generated import run
+from sim.harness.assertions import FOLDER as ASSERTIONS
+from sim.harness.assertions import RULES
 from sim.harness.sources import RTL, sources_of
 
 SCRIPT = "scripts/gen_core_files.py"
@@ -41,6 +46,14 @@ CORES = {
     "ethercat": ("EtherCAT-compatible slave controller", ["ethercat_slave", "mii_to_rgmii"]),
     "debug": ("Floating-point processor with a debug block", ["debug_asip"]),
 }
+# Tools of FuseSoC for which the checks of simulation are left out. Its flows do not say their tool:
+# there a user sets the flag `synthesis`.
+SYNTHESIS = (
+    *("quartus", "vivado", "ise", "diamond", "radiant", "libero", "gowin", "yosys"),
+    *("trellis", "icestorm", "oxide", "apicula", "openlane", "openroad", "genus"),
+)
+WAIVERS, BOUND_WAIVERS = "waivers.vlt", "assertions.vlt"
+CHECKED = "microtick_assertions"  # target of Bender
 
 
 def owners() -> dict[str, str]:
@@ -65,9 +78,9 @@ def version() -> str:
     ]
 
 
-def vlnv(core: str) -> str:
+def vlnv(core: str, library: str = "rtl") -> str:
     """Name of a core as FuseSoC has it."""
-    return f"microtick:rtl:{core}:{version()}"
+    return f"microtick:{library}:{core}:{version()}"
 
 
 def file_sets(core: str, owner: dict[str, str]) -> dict[str, dict[str, Any]]:
@@ -97,7 +110,17 @@ def core_file(core: str, owner: dict[str, str]) -> dict[str, Any]:
     about, tops = CORES[core]
     sets = file_sets(core, owner)
     default = ["common", *(tops if core == "fpu" else tops[:1])]
-    targets: dict[str, Any] = {"default": {"filesets": [name for name in default if name in sets]}}
+    targets: dict[str, Any] = {
+        "default": {
+            "filesets": [
+                *(name for name in default if name in sets),
+                "!synthesis ? (!tool_quartus ? (waivers))",
+            ],
+            "parameters": [
+                f"{flag} ? (SYNTHESIS=true)" for flag in ("synthesis", *_tools(SYNTHESIS))
+            ],
+        }
+    }
     for top in tops:
         targets[top] = {
             "description": f"lint {top}",
@@ -109,14 +132,91 @@ def core_file(core: str, owner: dict[str, str]) -> dict[str, Any]:
     return {
         "name": vlnv(core),
         "description": about,
-        "filesets": sets | {"waivers": {"files": ["waivers.vlt"], "file_type": "vlt"}},
+        "filesets": sets | {"waivers": {"files": [WAIVERS], "file_type": "vlt"}},
+        "targets": targets,
+        "parameters": {
+            "SYNTHESIS": {
+                "datatype": "bool",
+                "paramtype": "vlogdefine",
+                "description": "Leave out the checks of simulation.",
+            }
+        },
+    }
+
+
+def _tools(names: Sequence[str]) -> list[str]:
+    return [f"tool_{name}" for name in names]
+
+
+def checks(files: Sequence[str]) -> list[str]:
+    """Files of sim/assertions that bind to the modules of files below rtl."""
+    names = (f"{PurePosixPath(file).stem}_sva.sv" for file in files)
+    return [name for name in names if (ASSERTIONS / name).is_file()]
+
+
+def rules() -> list[str]:
+    """Files of sim/assertions with the checkers that several of the others use."""
+    return [path.name for path in RULES]
+
+
+def assertion_core(core: str, owner: dict[str, str]) -> dict[str, Any]:
+    """The core's assertions: `default` for the modules of its default, `<top>` for a top's.
+
+    The user's design depends on this core in place of the RTL's own.
+    """
+    tops = CORES[core][1]
+    first = tops if core == "fpu" else tops[:1]
+    sets: dict[str, list[str]] = {}
+    for name, wanted in {"default": first, **{top: [top] for top in tops}}.items():
+        need = dict.fromkeys(file for top in wanted for file in needed(top))
+        sets[name] = checks([file for file in need if owner[file] == core])
+    common = set(sets["default"])
+    more = {top: [file for file in sets[top] if file not in common] for top in tops}
+    filesets: dict[str, Any] = {"default": {"files": sets["default"]}}
+    filesets |= {top: {"files": files} for top, files in more.items() if files}
+    for part in filesets.values():
+        part |= {
+            "file_type": "systemVerilogSource",
+            "depend": [vlnv(core), vlnv("rules", "assertions")],
+        }
+    targets = {"default": {"filesets": ["default"]}}
+    targets |= {top: {"filesets": ["default", top]} for top in more if more[top]}
+    return {
+        "name": vlnv(core, "assertions"),
+        "description": f"Assertions bound to the modules of {vlnv(core)}, for simulation",
+        "filesets": filesets,
         "targets": targets,
     }
 
 
+def rules_core() -> dict[str, Any]:
+    """The checkers that the assertions of several cores use."""
+    return {
+        "name": vlnv("rules", "assertions"),
+        "description": "Checkers that the assertions of the cores use",
+        "filesets": {
+            "waivers": {"files": [BOUND_WAIVERS], "file_type": "vlt"},
+            "default": {"files": rules(), "file_type": "systemVerilogSource"},
+        },
+        "targets": {"default": {"filesets": ["!tool_quartus ? (waivers)", "default"]}},
+    }
+
+
 def manifest(owner: dict[str, str]) -> dict[str, Any]:
-    """Bender's manifest: the files of all cores."""
-    groups = [{"files": [file for file in owner if owner[file] == core]} for core in CORES]
+    """Bender's manifest: the files of all cores, waivers, and assertions under a target of ours.
+
+    Bender adds its target `synthesis` for synthesis tools and for Verilator.
+    """
+    groups: list[dict[str, Any]] = [{"target": "verilator", "files": [{"sv": WAIVERS}]}]
+    for core in CORES:
+        files = [file for file in owner if owner[file] == core]
+        plain = f"all(synthesis, not({CHECKED}))"
+        groups.append({"target": plain, "defines": {"SYNTHESIS": None}, "files": files})
+        groups.append({"target": f"not({plain})", "files": files})
+    bound = [f"../sim/assertions/{name}" for name in (*rules(), *checks([*owner]))]
+    waivers = {"sv": f"../sim/assertions/{BOUND_WAIVERS}"}
+    groups.append({"target": f"all(verilator, {CHECKED})", "files": [waivers]})
+    groups.append({"target": CHECKED, "files": bound})
     return {"package": {"name": "microtick"}, "sources": groups}
 
 
@@ -125,6 +225,11 @@ def generate() -> dict[str, str]:
     owner = owners()
     files = {
         f"rtl/{core}.core": f"CAPI=2:\n{ORIGIN}{_text(core_file(core, owner))}" for core in CORES
+    }
+    bound = {core: assertion_core(core, owner) for core in CORES} | {"rules": rules_core()}
+    files |= {
+        f"sim/assertions/{core}.core": f"CAPI=2:\n{ORIGIN}{_text(found)}"
+        for core, found in bound.items()
     }
     return files | {"rtl/Bender.yml": ORIGIN + _text(manifest(owner))}
 

@@ -57,6 +57,9 @@ AREAS: dict[str, Area] = {
         "RTL for other tools, cocotb tests, coverage, area and clock.",
         {
             "other tools": "scripts.hardware_goals:rows",
+            "functional coverage": "tests.cocotb.functional:rows",
+            "code coverage": "scripts.code_coverage:rows",
+            "planted faults": "tests.cocotb.planted:rows",
             "plain Verilog": "scripts.plain_goals:rows",
             "clock": "scripts.clock_goals:hardware",
         },
@@ -67,7 +70,16 @@ AREAS: dict[str, Area] = {
     ),
     "nios": Area(
         "Nios II systems: protocols, C programs of others, figures per MHz.",
-        {"clock": "scripts.clock_goals:nios"},
+        {
+            "sequences": "tests.conformance.goals:sequences",
+            "DAP fields": "tests.conformance.goals:dap_fields",
+            "clients of others": "tests.conformance.goals:others_clients",
+            "preemption": "tests.conformance.goals:preemption",
+            "GCC tests": "tests.conformance.goals:execution_tests",
+            "per MHz": "tests.conformance.goals:per_mhz",
+            "clock": "scripts.clock_goals:nios",
+            "first prompt": "tests.conformance.goals:first_prompt",
+        },
     ),
     "robots": Area(
         "Laws compiled from robot descriptions: proofs, certificates, cycles.",

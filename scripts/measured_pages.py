@@ -85,6 +85,7 @@ PAGES = (
     Page("docs/nios_core.md", "-m sim.harness.n2_lockstep_cycles"),
     Page("docs/numerics.md", "-m sim.run.random_robots --docs"),
     Page("docs/synthesis.md", "scripts/speed_points.py"),
+    Page("docs/conformance.md", "-m tests.conformance.page"),
     Page("docs/ethercat_application.md", "-m sim.ethercat.device_run --docs"),
     Page(
         "docs/registers.md",

@@ -161,6 +161,12 @@ RULES = (
         "enum-kind", r"\benum\b(?!\s+logic\s*\[)", "enumeration without a width", "enum logic [1:0]"
     ),
     Rule(
+        "state-constant",
+        r"\blocalparam\s+logic\s*\[[^\]]*\]\s*St[A-Z]\w*\s*=",
+        "state as a constant, which waves show as a number",
+        "typedef enum logic [1:0] {..} state_e",
+    ),
+    Rule(
         "enum-value",
         r"\benum\b[^{;]*\{[^}]*?=\s*\d+\s*(?=[,}])",
         "value of an enumeration without a width, which Quartus refuses",

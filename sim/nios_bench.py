@@ -22,7 +22,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from asip_asm.command import command_parser, count
+from asip_asm.command import command, command_parser, count
 from asip_asm.files import write_text
 from asip_asm.project import BUILD, ROOT
 from sim.harness.build import BuildError
@@ -146,6 +146,7 @@ def runs_table(runs: Sequence[Run]) -> Table:
     return table
 
 
+@command("make nios-bench")
 def main(arguments: Sequence[str] | None = None) -> int:
     """Command line; exit status 1 if a program did not end."""
     parser = command_parser("make nios-bench", __doc__)
@@ -166,7 +167,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 runs.append(run(NiosRtl(system), name, program, options.max_cycles))
                 for table in tables(runs[-1].profile, f"{name}, {system}", ROWS):
                     console.print(table)
-    except (ImageError, NiosError, BuildError, OSError) as error:
+    except (ImageError, NiosError, BuildError) as error:
         console.print(f"error: {error}", markup=False, highlight=False)
         return 2
     if runs:

@@ -11,9 +11,11 @@ from typing import Any
 import pytest
 
 from asip_asm.project import BUILD
-from sim.harness import build, wave_layout, waves
+from sim.harness import build, coverage, wave_layout, waves
 from sim.model.parameters import Robot
 from tests.bench import needs
+
+MOST_FILES = 40  # of counts, before they are merged
 
 build.assertions = True
 build.optimisation = "-O1"  # a third of the time to compile; the models run nearly as fast
@@ -66,6 +68,13 @@ def pytest_runtest_teardown(item: pytest.Item) -> Generator[None, Any, Any]:
             wave_layout.write(Path(path))
         item.user_properties.append(("waves", files))
     return result
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_logfinish() -> None:
+    """With RTL_COVERAGE=1: the counts of many models become one file."""
+    if coverage.wanted():
+        coverage.gather(MOST_FILES)
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

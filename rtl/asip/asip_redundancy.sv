@@ -55,12 +55,14 @@ module asip_redundancy #(
     output logic [31:0]           cycles_o
 );
 
-  localparam logic [2:0] StIdle = 3'd0;
-  localparam logic [2:0] StLaunch = 3'd1;
-  localparam logic [2:0] StRun = 3'd2;
-  localparam logic [2:0] StScrub = 3'd3;
-  localparam logic [2:0] StCopy = 3'd4;
-  localparam logic [2:0] StSweep = 3'd5;
+  typedef enum logic [2:0] {
+    StIdle   = 3'd0,
+    StLaunch = 3'd1,
+    StRun    = 3'd2,
+    StScrub  = 3'd3,
+    StCopy   = 3'd4,
+    StSweep  = 3'd5
+  } state_e;
   localparam logic [32:0] Begin = -(33'(Drain));
   localparam int unsigned SweepEnd = Bundles + 8;  // the last words are judged a few clocks later
   localparam int unsigned SweepWidth = $clog2(SweepEnd + 1);
@@ -69,7 +71,7 @@ module asip_redundancy #(
 
   // What must not change unseen.
   typedef struct packed {
-    logic [2:0] state;
+    state_e state;
     logic [1:0] run;       // 1 to 3, 0 between ticks
     logic       start;     // a start waits
     logic       done;

@@ -66,12 +66,12 @@ module ci_faddsub (
   assign infinities = fp_pkg::is_inf(dataa_i) && fp_pkg::is_inf(datab_i);
 
   logic [23:0] large_s1_q;
-  logic [26:0] minor_s1_q;
+  logic [26:0] minor_s1_q;  // its complement to subtract it
   logic [7:0] exp_s1_q;
   logic subtract_s1_q, sign_s1_q, nan_s1_q, inf_s1_q;
   always_ff @(posedge clk_i) begin
     large_s1_q    <= (b_above || swap) ? sig_b : sig_a;
-    minor_s1_q    <= minor;
+    minor_s1_q    <= minor ^ {27{subtract}};
     exp_s1_q      <= b_above ? exp_b : exp_a;
     subtract_s1_q <= subtract;
     sign_s1_q     <= a_larger ? dataa_i[31] : sign_b;
@@ -85,7 +85,7 @@ module ci_faddsub (
   logic [27:0] sum, room, coarse;  // U(2.26)
   logic [4:0] zeros;
   logic unused_empty, zero;
-  assign sum = {1'b0, large_s1_q, 3'd0} + ({1'b0, minor_s1_q} ^ {28{subtract_s1_q}}) + {27'd0, subtract_s1_q};
+  assign sum = {1'b0, large_s1_q, 3'd0} + {subtract_s1_q, minor_s1_q} + {27'd0, subtract_s1_q};
   // The bit that would be the leading one at the least exponent: left shifts stop there.
   always_comb begin
     for (int i = 0; i < 28; i++) room[27-i] = exp_s1_q == 8'(i);
@@ -104,13 +104,13 @@ module ci_faddsub (
   assign zero = !(|sum);
 
   logic [27:0] coarse_s2_q;
-  logic [1:0] zeros_s2_q;
-  logic [8:0] exp_s2_q;  // U(9.0), biased, before the shift by ones
+  logic [4:0] zeros_s2_q;
+  logic [8:0] exp_s2_q;  // U(9.0), biased, before the shift
   logic sign_s2_q, nan_s2_q, inf_s2_q, zero_s2_q;
   always_ff @(posedge clk_i) begin
     coarse_s2_q <= coarse;
-    zeros_s2_q  <= zeros[1:0];
-    exp_s2_q    <= {1'b0, exp_s1_q} + 9'd1 - {4'd0, zeros[4:2], 2'd0};
+    zeros_s2_q  <= zeros;
+    exp_s2_q    <= {1'b0, exp_s1_q} + 9'd1;
     // Exact cancellation gives +0.
     sign_s2_q   <= sign_s1_q && !(zero && subtract_s1_q && !inf_s1_q);
     nan_s2_q    <= nan_s1_q;
@@ -122,10 +122,10 @@ module ci_faddsub (
   logic [27:0] sig;  // U(1.27)
   logic [31:0] rounded;
   fp_pkg::flags_t unused_flags;
-  assign sig = coarse_s2_q << zeros_s2_q;
+  assign sig = coarse_s2_q << zeros_s2_q[1:0];
   fp_round u_round (
       .sign_i  (sign_s2_q),
-      .exp_i   (exp_s2_q - {7'd0, zeros_s2_q}),
+      .exp_i   (exp_s2_q - {4'd0, zeros_s2_q}),
       .sig_i   (sig[27:4]),
       .guard_i (sig[3]),
       .round_i (sig[2]),

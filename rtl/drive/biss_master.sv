@@ -28,10 +28,12 @@ module biss_master #(
     output logic [15:0]      delay_o
 );
 
-  localparam logic [1:0] StIdle = 2'd0;
-  localparam logic [1:0] StAcknowledge = 2'd1;  // until the line falls
-  localparam logic [1:0] StStart = 2'd2;  // until it rises
-  localparam logic [1:0] StBits = 2'd3;
+  typedef enum logic [1:0] {
+    StIdle        = 2'd0,
+    StAcknowledge = 2'd1,  // until the line falls
+    StStart       = 2'd2,  // until it rises
+    StBits        = 2'd3
+  } state_e;
 
   localparam int unsigned Bits = Width + 9;  // CDS, position, error, warning, CRC
   localparam int unsigned CountBits = $clog2(Bits + 1);
@@ -44,7 +46,7 @@ module biss_master #(
   localparam logic [SampleBits-1:0] MIDDLE = SampleBits'(ClocksPerBit + ClocksPerBit / 2 - 1);
   localparam logic [CountBits-1:0] CRC_BITS = CountBits'(6);
 
-  logic [1:0] state_q;
+  state_e state_q;
   logic [1:0] slo_q;  // synchroniser
   logic [5:0] phase_q;  // clocks since a falling edge of ma_o
   logic [SampleBits-1:0] sample_q;  // clocks to the next bit's middle

@@ -25,9 +25,9 @@ module current_sense #(
 
   localparam int unsigned FastWidth = 3 * $clog2(FastRate) + 1;
 
-  localparam logic [1:0] StA = 2'd1;
-  localparam logic [1:0] StB = 2'd2;
-  localparam logic [1:0] StSum = 2'd3;
+  localparam logic [1:0] StepA = 2'd1;
+  localparam logic [1:0] StepB = 2'd2;
+  localparam logic [1:0] StepSum = 2'd3;
 
   logic signed [FastWidth-1:0] fast_a, fast_b;
   logic signed [FastWidth:0] value;
@@ -66,8 +66,8 @@ module current_sense #(
 
   always_comb begin
     case (step_q)
-      StA: value = (FastWidth + 1)'(fast_a);
-      StB: value = (FastWidth + 1)'(fast_b);
+      StepA: value = (FastWidth + 1)'(fast_a);
+      StepB: value = (FastWidth + 1)'(fast_b);
       default: value = (FastWidth + 1)'(fast_a) + (FastWidth + 1)'(fast_b);
     endcase
   end
@@ -79,13 +79,13 @@ module current_sense #(
       size_q   <= '0;
       over_q   <= '0;
     end else begin
-      if (fast_valid_i) step_q <= StA;
-      else if (step_q != '0) step_q <= step_q + 2'd1;  // behind StSum 0
+      if (fast_valid_i) step_q <= StepA;
+      else if (step_q != '0) step_q <= step_q + 2'd1;  // behind StepSum 0
       judged_q <= step_q;
       size_q   <= value[FastWidth] ? -value : value;
-      if (judged_q == StA) over_q[0] <= over;
-      if (judged_q == StB) over_q[1] <= over;
-      if (judged_q == StSum) over_q[2] <= over;
+      if (judged_q == StepA) over_q[0] <= over;
+      if (judged_q == StepB) over_q[1] <= over;
+      if (judged_q == StepSum) over_q[2] <= over;
     end
   end
 

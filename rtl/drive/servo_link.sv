@@ -42,13 +42,15 @@ module servo_link #(
     output logic             fault_o
 );
 
-  localparam logic [2:0] StIdle = 3'd0;
-  localparam logic [2:0] StInputs = 3'd1;
-  localparam logic [2:0] StStart = 3'd2;
-  localparam logic [2:0] StRun = 3'd3;
-  localparam logic [2:0] StStatus = 3'd4;
-  localparam logic [2:0] StOutputs = 3'd5;
-  localparam logic [2:0] StDone = 3'd6;
+  typedef enum logic [2:0] {
+    StIdle    = 3'd0,
+    StInputs  = 3'd1,
+    StStart   = 3'd2,
+    StRun     = 3'd3,
+    StStatus  = 3'd4,
+    StOutputs = 3'd5,
+    StDone    = 3'd6
+  } state_e;
 
   localparam logic [13:0] CONSTANTS = 14'(asip_regmap_pkg::BASE_CONSTANTS);
   localparam logic [13:0] OUTPUTS = 14'(asip_regmap_pkg::BASE_OUTPUTS);
@@ -61,7 +63,8 @@ module servo_link #(
   localparam int unsigned LastOrder = 5 * Axes;
   localparam int unsigned LastOutput = 3 * Axes - 1;
 
-  logic [2:0] state_q, axis_q;
+  state_e state_q;
+  logic [2:0] axis_q;
   logic [WordBits-1:0] word_q;
   logic [1:0] phase_q;
   logic accepted, run_failed, is_order, last_input, last_output;

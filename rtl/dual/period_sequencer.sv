@@ -50,17 +50,19 @@ module period_sequencer (
     output logic        active_o
 );
 
-  localparam logic [3:0] StIdle = 4'd0;
-  localparam logic [3:0] StBegin = 4'd1;  // buffer is swapped
-  localparam logic [3:0] StTrajectory = 4'd2;  // core 0 is started
-  localparam logic [3:0] StFetch = 4'd3;  // entry of a list
-  localparam logic [3:0] StSource = 4'd4;  // word of an input
-  localparam logic [3:0] StTransfer = 4'd5;
-  localparam logic [3:0] StTracking = 4'd6;  // core 1 is started
-  localparam logic [3:0] StWait = 4'd7;  // for a core
-  localparam logic [3:0] StStatus = 4'd8;
-  localparam logic [3:0] StCycles = 4'd9;
-  localparam logic [3:0] StClear = 4'd10;  // both cores in turn
+  typedef enum logic [3:0] {
+    StIdle       = 4'd0,
+    StBegin      = 4'd1,  // buffer is swapped
+    StTrajectory = 4'd2,  // core 0 is started
+    StFetch      = 4'd3,  // entry of a list
+    StSource     = 4'd4,  // word of an input
+    StTransfer   = 4'd5,
+    StTracking   = 4'd6,  // core 1 is started
+    StWait       = 4'd7,  // for a core
+    StStatus     = 4'd8,
+    StCycles     = 4'd9,
+    StClear      = 4'd10  // both cores in turn
+  } state_e;
 
   localparam logic [1:0] LiSetPoints = 2'd0;
   localparam logic [1:0] LiInputs = 2'd1;
@@ -75,7 +77,7 @@ module period_sequencer (
   logic [27:0] lists[0:127];
   logic [27:0] entry_q;
   logic [13:0] source, destination;
-  logic [3:0] state_q, state_d;
+  state_e state_q, state_d;
   logic [1:0] list_q, work_q, fault_q;
   logic [5:0] index_q, length;
   logic core_q, faulted_q, pending_q, clear_q;

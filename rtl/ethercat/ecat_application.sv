@@ -28,15 +28,17 @@ module ecat_application (
     input  logic        sii_ready_i
 );
 
-  localparam logic [1:0] StBytes = 2'd0;  // bytes go in and answers come back, both in order
-  localparam logic [1:0] StSii = 2'd1;
-  localparam logic [1:0] StDone = 2'd2;
+  typedef enum logic [1:0] {
+    StBytes = 2'd0,  // bytes go in and answers come back, both in order
+    StSii   = 2'd1,
+    StDone  = 2'd2
+  } state_e;
 
   function automatic logic [3:0] lowest(input logic [3:0] set);
     lowest = set & (~set + 4'd1);
   endfunction
 
-  logic [1:0] state_q;
+  state_e state_q;
   logic [3:0] sent_q, done_q;  // bytes that are in, that are through
   logic [3:0] next, answered, finished;
   logic [1:0] byte_now;

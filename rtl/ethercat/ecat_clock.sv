@@ -70,7 +70,7 @@ module ecat_clock (
   end
   assign phase      = error_q >>> filter_q;
   assign correction = 24'(error_q) <<< (5'd16 - {1'b0, speed_filter_q});
-  assign speed      = 25'(speed_q) - 25'(correction >>> 0);
+  assign speed      = 25'(speed_q) - 25'(correction);
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin

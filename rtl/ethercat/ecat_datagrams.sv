@@ -38,16 +38,18 @@ module ecat_datagrams (
     input  logic        write_done_i
 );
 
-  localparam logic [3:0] StSource = 4'd0;  // addresses of Ethernet
-  localparam logic [3:0] StType = 4'd1;
-  localparam logic [3:0] StTag = 4'd2;  // the other half of an 802.1Q tag
-  localparam logic [3:0] StHeader = 4'd3;  // of the frame: length, type
-  localparam logic [3:0] StDatagram = 4'd4;  // its header
-  localparam logic [3:0] StData = 4'd5;
-  localparam logic [3:0] StCounter = 4'd6;  // working counter
-  localparam logic [3:0] StRest = 4'd7;
-  localparam logic [3:0] StForeign = 4'd8;
-  localparam logic [3:0] StBroken = 4'd9;  // a datagram reaches beyond the frame
+  typedef enum logic [3:0] {
+    StSource   = 4'd0,  // addresses of Ethernet
+    StType     = 4'd1,
+    StTag      = 4'd2,  // the other half of an 802.1Q tag
+    StHeader   = 4'd3,  // of the frame: length, type
+    StDatagram = 4'd4,  // its header
+    StData     = 4'd5,
+    StCounter  = 4'd6,  // working counter
+    StRest     = 4'd7,
+    StForeign  = 4'd8,
+    StBroken   = 4'd9  // a datagram reaches beyond the frame
+  } state_e;
 
   localparam logic [15:0] EtherType = 16'h88A4;
   localparam logic [15:0] TagType = 16'h8100;
@@ -64,7 +66,8 @@ module ecat_datagrams (
   localparam logic [2:0] PartCountLow = 3'd4;
   localparam logic [2:0] PartCountHigh = 3'd5;
 
-  logic [3:0] state_q, count_q;
+  state_e state_q;
+  logic [3:0] count_q;
   logic [2:0] rest_q;  // bytes behind the last datagram, up to SequenceBytes
   logic [7:0] high_q, command_q;
   logic [31:0] address_q;

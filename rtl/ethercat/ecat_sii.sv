@@ -36,12 +36,14 @@ module ecat_sii #(
   localparam logic [Width-1:0] WordAlias = Width'(4);
   localparam logic [Width-1:0] WordCheck = Width'(7);
 
-  localparam logic [2:0] StIdle = 3'd0;
-  localparam logic [2:0] StFetch = 3'd1;  // address to the memory
-  localparam logic [2:0] StTake = 3'd2;  // its word
-  localparam logic [2:0] StCheckLow = 3'd3;  // sum over the word's bytes
-  localparam logic [2:0] StCheckHigh = 3'd4;
-  localparam logic [2:0] StWrite = 3'd5;
+  typedef enum logic [2:0] {
+    StIdle      = 3'd0,
+    StFetch     = 3'd1,  // address to the memory
+    StTake      = 3'd2,  // its word
+    StCheckLow  = 3'd3,  // sum over the word's bytes
+    StCheckHigh = 3'd4,
+    StWrite     = 3'd5
+  } state_e;
 
   function automatic logic [7:0] check_sum(input logic [7:0] sum, input logic [7:0] data);
     check_sum = sum ^ data;
@@ -55,7 +57,8 @@ module ecat_sii #(
   logic [15:0] write_data;
   logic [1:0] write;
 
-  logic [2:0] state_q, command, command_q;
+  state_e state_q;
+  logic [2:0] command, command_q;
   logic [Width-1:0] count_q;
   logic [31:0] address_q;
   logic [63:0] data_q;

@@ -549,7 +549,7 @@ module n2_core #(
 
   always_ff @(posedge clk_i) begin
     if (en) begin
-      dst_a_q      <= dst_m_q;
+      dst_a_q <= dst_m_q;
       if (load_m || decoded_m_q.mul || div_m_q || ci_m_q) early_a_q <= 32'd0;
       else if (decoded_m_q.rdctl) early_a_q <= control_m | debug_data_m;
       else early_a_q <= decoded_m_q.shift ? shift_m : result_m_q;

@@ -12,6 +12,7 @@ module n2_region #(
 );
 
   localparam int unsigned Cut = Bits > 16 ? Bits : 16;  // the upper part begins here
+  localparam logic [Cut-1:0] Middle = Cut'(32'hffff_ffff << Bits);  // above a small memory
   localparam logic [31:Cut] Same = Base[31:Cut];
   localparam logic [31:Cut] Below = Same - 1'b1;
   localparam logic [31:Cut] Above = Same + 1'b1;
@@ -27,8 +28,7 @@ module n2_region #(
     else if (carry) upper = base_i[31:Cut] == Below;
     else upper = base_i[31:Cut] == Above;
   end
-  // Bits between a small memory and the cut.
-  assign middle = (sum[Cut-1:0] >> Bits) == (Base[Cut-1:0] >> Bits);
+  assign middle = ((sum[Cut-1:0] ^ Base[Cut-1:0]) & Middle) == '0;
   assign inside_o = upper && middle;
 
 endmodule

@@ -12,6 +12,7 @@ from asip_asm.command import command_parser, count, run_command
 from asip_asm.files import open_output, refuse_overwriting
 from asip_asm.image import Image, ImageError
 from asip_asm.isa import default_isa
+from sim.asip_run.coverage import Coverage
 from sim.asip_run.inputs import UserError, assignments, load_image, printed_names, read_inputs
 from sim.asip_run.runner import Runner, limit_note
 from sim.asip_run.show import write_profile, write_row, write_text, write_trace
@@ -25,6 +26,7 @@ EPILOG = """examples:
   asip-run leg.s --set x=0.3 --set y=0.1
   asip-run build/leg.asip.json --iss --inputs path.csv --print F1,l1 > forces.csv
   asip-run leg.s --set x=0.3 --profile --konata build/leg.konata --gantt build/leg.html
+  asip-run leg.s --inputs path.csv --coverage build/leg.csv > all.csv
   asip-run leg.s --inputs path.csv --keep-going > all.csv
   asip-run leg.s --config small --ticks 3 --state sum=1.5 --trace build/writes.txt
   asip-run leg.s --config small --port /dev/ttyUSB0 --set x=0.3
@@ -59,6 +61,14 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     files = [path for path in (options.trace, options.konata, options.gantt) if path]
+    if options.coverage:
+        if options.coverage.suffix == ".lst":
+            raise UserError(
+                "--coverage names the CSV file; the listing, .lst, is put next to it", 2
+            )
+        if options.program.suffix == ".json":
+            raise UserError("--coverage lists the source; give it in place of its image", 2)
+        files += [options.coverage, options.coverage.with_suffix(".lst")]
     inputs = [options.program, *([options.inputs] if options.inputs else [])]
     refuse_overwriting(files, inputs)
     image = load_image(options.program, options.config, options.function)
@@ -71,7 +81,7 @@ def _run(options: argparse.Namespace) -> int:
     names = printed_names(image, options.print)
     rows = read_inputs(options.inputs, types) if options.inputs else [{}]
     ticks = len(rows) if options.ticks is None else options.ticks
-    profile = options.profile or options.konata or options.gantt
+    profile = options.profile or options.konata or options.gantt or options.coverage
     if profile and options.iss:
         raise UserError("the model has no clock cycles to profile; use --rtl", 2)
     if options.port and (profile or options.trace):
@@ -83,6 +93,7 @@ def _run(options: argparse.Namespace) -> int:
     runner = Runner(image, states, place, trace_on)
     table = bool(options.inputs)
     faults = 0
+    coverage = Coverage(image)
     with open_output(options.trace) if options.trace else nullcontext() as trace:
         for tick in range(ticks):
             result = runner.run(fixed | rows[min(tick, len(rows) - 1)], names)
@@ -91,6 +102,8 @@ def _run(options: argparse.Namespace) -> int:
             if trace:
                 write_trace(trace, tick, result)
             if result.cause == NO_FAULT:
+                if profile:
+                    coverage.add(tick + 1, result.observed.trace)
                 continue
             note = limit_note(result, watchdog, options.max_cycles)
             problem = f"run {tick + 1}: {result.text}{note}"
@@ -103,6 +116,10 @@ def _run(options: argparse.Namespace) -> int:
     if profile:
         file = sys.stderr if table else sys.stdout
         write_profile(file, image, result.observed.trace, options.konata, options.gantt)
+        file.write(coverage.summary() if ticks > 1 else "")
+    if options.coverage:
+        coverage.write(options.coverage)
+        print(coverage.covered(), end="", file=sys.stderr)
     if faults:
         raise UserError(f"{faults} of {ticks} runs ended with a fault")
     return 0
@@ -173,7 +190,15 @@ def parse_arguments(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "--profile",
         action="store_true",
-        help="where the cycles of the last run went (with --inputs on standard error)",
+        help="where the cycles of the last run went, and cycles of all runs (with --inputs on "
+        "standard error)",
+    )
+    parser.add_argument(
+        "--coverage",
+        type=Path,
+        metavar="FILE",
+        help="profile, and executions and cycles of each source line over all runs: a CSV file, "
+        "and a listing next to it (.lst)",
     )
     parser.add_argument(
         "--konata",

@@ -22,7 +22,7 @@ import cocotb_tools.config
 from cocotb_tools.runner import get_runner
 
 from asip_asm.project import BUILD
-from sim.harness import build, runtime, waves
+from sim.harness import build, coverage, runtime, waves
 from sim.harness.assertions import assertions_of
 from sim.harness.build import WAIVERS, verilator_driver
 from sim.harness.linked import linked
@@ -96,7 +96,7 @@ class Simulation:
             raise SimulatorError(f"flags are for Verilator, not for {sim}; leave them out")
         self.sources = [Path(path) for path in sources] or sources_of(top, FOLDERS)
         self.parameters = dict(parameters or {})
-        self.flags = [*FLAGS, *flags]
+        self.flags = [*FLAGS, *coverage.flags(), *flags]
         if sim == "verilator":
             self.sources = list(dict.fromkeys([WAIVERS, *self.sources]))
             self.sources += [*assertions_of(self.sources), *build.beside]
@@ -167,9 +167,14 @@ class Simulation:
         """
         results = self.folder / "results.xml"
         results.unlink(missing_ok=True)
+        arguments: list[str] = []
         if waves.wanted():
-            arguments = ["--trace-file", str(waves.new_file(self.top))]
-            options |= {"waves": True, "test_args": arguments}
+            arguments += ["--trace-file", str(waves.new_file(self.top))]
+            options |= {"waves": True}
+        if coverage.wanted() and self.sim == "verilator":
+            file = coverage.new_file(self.top)
+            plusargs = [*options.get("plusargs", ()), f"+verilator+coverage+file+{file}"]
+            options |= {"plusargs": plusargs}
         try:
             self.runner.test(
                 test_module=module,
@@ -181,6 +186,7 @@ class Simulation:
                 extra_env=dict(environment or {}),
                 log_file=self.log,
                 seed=os.environ.get("SEED", "1"),
+                test_args=arguments,
                 **options,
             )
         except (RuntimeError, SystemExit) as error:
@@ -188,6 +194,8 @@ class Simulation:
                 return results
             text = f"{error}\n{self.top}, {module}:\n{self.log.read_text()[-3000:]}"
             raise AssertionError(text) from error
+        if build.beside:
+            print(self.log.read_text())  # what those files report
         return results
 
 

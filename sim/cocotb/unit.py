@@ -20,6 +20,7 @@ class Unit(Clocked):
 
     latency: register ranks, as in fp_pkg; every result is checked to come after exactly so many.
     `bubbles` is the probability of a clock without an operation; the pins are then random.
+    `interval` is the least number of clocks from one operation to the next.
     """
 
     def __init__(
@@ -29,9 +30,10 @@ class Unit(Clocked):
         period: int = 8000,
         seed: int = 1,
         bubbles: float = 0.0,
+        interval: int = 1,
     ) -> None:
         super().__init__(dut, dut.clk_i, dut.rst_ni, 0, period, seed)
-        self.latency, self.bubbles = latency, bubbles
+        self.latency, self.bubbles, self.interval = latency, bubbles, interval
         names = ("a", "b", "c", "sub", "sqrt", "cos", "kind", "neg_product", "neg_addend", "op")
         names += ("unsigned", "truncate")
         self.pins = {name: getattr(dut, f"{name}_i") for name in names if hasattr(dut, f"{name}_i")}
@@ -53,8 +55,9 @@ class Unit(Clocked):
         todo = deque(zip(*(row.tolist() for row in rows), strict=True))
         count, issued, results = len(todo), deque(), []
         clock = last = 0
+        earliest = 0  # clock of the next operation
         while len(results) < count:
-            given = bool(todo) and self.random.random() >= self.bubbles
+            given = bool(todo) and self.random.random() >= self.bubbles and clock >= earliest
             self.idle()
             if given:
                 self.dut.valid_i.value = 1
@@ -69,7 +72,7 @@ class Unit(Clocked):
             if given and self._ready():
                 todo.popleft()
                 issued.append(clock)
-                last = clock
+                last, earliest = clock, clock + self.interval
             assert clock - last < ANSWER_LIMIT + self.latency, f"{len(issued)} results are missing"
             await self.next()
             clock += 1

@@ -30,7 +30,7 @@ from sim.ethercat.tap import command_line, open_tap, progress_of
 
 MAILBOX = slice(0x30, 0x3A)  # bytes of the SII: areas and protocols
 OUTPUT_MANAGER = 2
-MASTERS = ("pysoem", "kickcat")  # modules `<name>_master`
+MASTERS = ("pysoem", "kickcat", "ethercrab")  # modules `<name>_master`
 
 
 class Master(Protocol):

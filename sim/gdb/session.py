@@ -8,6 +8,7 @@ General Query Packets. A packet that is not known gets the empty answer, as the 
 from __future__ import annotations
 
 import struct
+import zlib
 from collections.abc import Callable
 
 from sim.gdb import monitor
@@ -41,7 +42,7 @@ class Session:
     def handle(self, packet: bytes) -> bytes | None:
         """The answer; None while the program runs."""
         for prefix, act in _COMMANDS:
-            if packet.startswith(prefix):
+            if packet.startswith(prefix) and not _longer_name(prefix, packet):
                 try:
                     return act(self, packet[len(prefix) :])
                 except TargetError:
@@ -129,6 +130,12 @@ class Session:
         self._target.write(address, content)
         return OK
 
+    def _checksum(self, data: bytes) -> bytes:
+        """CRC-32 of a piece of memory, most significant bits first, as GDB computes it."""
+        address, length = _place(data)
+        content = self._target.read(address, length)
+        return b"C%08x" % _reversed(zlib.crc32(content.translate(_MIRRORED)) ^ 0xFFFF_FFFF, 32)
+
     def _point(self, data: bytes, act: Callable[[int, int, int], None]) -> bytes:
         kind, address, length = data.split(b";")[0].split(b",")
         if kind not in (b"0", b"1", b"2", b"3", b"4"):
@@ -153,6 +160,19 @@ class Session:
     def _monitor(self, data: bytes) -> bytes:
         line = bytes.fromhex(data.decode()).decode()
         return monitor.command(self._system, line).encode().hex().encode()
+
+
+def _reversed(value: int, bits: int) -> int:
+    """A number with its bits in the other order."""
+    return int(f"{value:0{bits}b}"[::-1], 2)
+
+
+_MIRRORED = bytes(_reversed(byte, 8) for byte in range(256))
+
+
+def _longer_name(name: bytes, packet: bytes) -> bool:
+    """Whether a packet has another name that only begins with this one, as `qCRC` with `qC`."""
+    return len(name) > 1 and name[-1:].isalpha() and packet[len(name) : len(name) + 1].isalpha()
 
 
 def _word(value: int) -> bytes:
@@ -187,6 +207,7 @@ _COMMANDS: tuple[tuple[bytes, Handler], ...] = (
     (b"qAttached", _fixed(b"1")),
     (b"qfThreadInfo", _fixed(b"m1")),
     (b"qsThreadInfo", _fixed(b"l")),
+    (b"qCRC:", Session._checksum),
     (b"qC", _fixed(b"QC1")),
     (b"vCont", Session._v_cont),
     (b"vKill", Session._kill),

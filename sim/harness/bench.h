@@ -5,6 +5,8 @@
 // Waves are compiled in with VM_TRACE only, of which verilated.h makes WAVES. Each model then writes
 // <WAVES_FOLDER>/<top>-<n>.fst, 8 ns a clock, the first WAVES_CLOCKS clocks (default 1 000 000);
 // bench_close_waves ends the files, and what a model does later goes to a new one.
+//
+// With VM_COVERAGE a model writes what it counted to <RTL_COVERAGE_FOLDER>/<top>-<process>-<n>.dat at its end.
 #pragma once
 #include <cstdint>
 #include <cstring>
@@ -12,6 +14,51 @@
 #include <vector>
 
 #include "verilated.h"
+
+#if VM_COVERAGE
+#include <unistd.h>
+
+#include <cstdlib>
+#include <set>
+#include <string>
+
+#include "verilated_cov.h"
+
+class Coverage {
+ public:
+  Coverage(VerilatedContext& context, const char* name) : context_(context), name_(name) {
+    static const bool once = std::atexit(write_all) == 0;
+    (void)once;
+    all().insert(this);
+  }
+  ~Coverage() {
+    if (all().erase(this)) write();
+  }
+
+ private:
+  // Models that nobody frees write at the end of the process.
+  static void write_all() {
+    for (Coverage* coverage : all()) coverage->write();
+    all().clear();
+  }
+
+  static std::set<Coverage*>& all() {
+    static auto* those = new std::set<Coverage*>;
+    return *those;
+  }
+
+  void write() {
+    static int number = 0;
+    const char* folder = std::getenv("RTL_COVERAGE_FOLDER");
+    const std::string path = std::string(folder && *folder ? folder : ".") + "/" + name_ + "-" +
+                             std::to_string(getpid()) + "-" + std::to_string(++number) + ".dat";
+    context_.coveragep()->write(path);
+  }
+
+  VerilatedContext& context_;
+  std::string name_;
+};
+#endif
 
 #ifdef WAVES
 #include <csignal>
@@ -115,6 +162,9 @@ class Bench {
 #endif
     top.reset(new Model(&context));
     top->clk_i = 0;
+#if VM_COVERAGE
+    coverage_.reset(new Coverage(context, top->modelName() + 1));
+#endif
   }
 
   // A clock in two halves: inputs settle, then the rising edge.
@@ -174,6 +224,9 @@ class Bench {
   Self& self() { return static_cast<Self&>(*this); }
 #ifdef WAVES
   Waves waves_;
+#endif
+#if VM_COVERAGE
+  std::unique_ptr<Coverage> coverage_;  // freed before the model
 #endif
 };
 

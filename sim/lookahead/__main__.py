@@ -151,6 +151,7 @@ def results(
         "time [s]": float(summary.duration),
         "moves": summary.moves,
         "blended corners": summary.blends,
+        "turned corners": summary.turns,
         "smooth joints": summary.smooth,
         "stops inside": summary.stops,
         "slowest corners": [
@@ -189,14 +190,14 @@ def _show(document: dict[str, Any], console: Console) -> None:
     percent = document["feed override [%]"]
     console.print(
         f"{document['file']}: {document['time [s]']:.4f} s, {document['moves']} moves, "
-        f"{document['blended corners']} blended corners, "
+        f"{document['blended corners']} blended corners, {document['turned corners']} turned, "
         f"{document['smooth joints']} smooth joints, "
         f"{document['stops inside']} stops"
         + (f", feed override {percent:g} %" if percent != AS_PROGRAMMED else "")
     )
     corners = document["slowest corners"]
     if corners:
-        count = document["blended corners"]
+        count = document["blended corners"] + document["turned corners"]
         table = Table(title=f"slowest corners, {len(corners)} of {count}")
         for name in corners[0]:
             table.add_column(name, justify="right")

@@ -12,11 +12,12 @@ from sim.lookahead.limits import SHARES, Pieces
 from sim.lookahead.segments import Segment
 from sim.path.blend import Blends
 from sim.path.curves import FloatArray
+from sim.path.turn import Turn
 
 
 @dataclass(eq=False)
 class Element:
-    """A piece of the path run, of one segment or one blend; a stop has neither."""
+    """A piece of the path run, of one segment, blend or turn; a stop has none of them."""
 
     length: float
     line: int
@@ -25,16 +26,21 @@ class Element:
     offset: float = 0.0  # of the piece's start on its segment
     blends: Blends | None = None
     index: int = 0
+    turn: Turn | None = None
 
     @property
     def kind(self) -> str:
-        """line, arc, blend or stop."""
+        """line, arc, blend, turn or stop."""
+        if self.turn is not None:
+            return "turn"
         if self.segment is not None:
             return "line" if self.segment.curve is None else "arc"
         return "stop" if self.blends is None else "blend"
 
     def end(self) -> FloatArray:
         """Last point in path space; not of a stop."""
+        if self.turn is not None:
+            return self.turn.end
         if self.segment is not None:
             return self.segment.at(np.array([self.offset + self.length]))[0][0]
         return self.blends.at_parameters(np.array([self.index]), np.ones(1), 1)[0][0]
@@ -80,6 +86,9 @@ def evaluate(
         own = place[owner[rows]]
         q[rows] = start[own] + (s[rows] + offset[own])[:, None] * direction[own]
         d1[rows] = direction[own]
+    for n in np.unique(owner[kind == "turn"]):
+        rows = np.flatnonzero(owner == n)
+        q[rows], d1[rows], d2[rows] = elements[n].turn.at(s[rows])
     for n in np.unique(owner[kind == "arc"]):
         rows = np.flatnonzero(owner == n)
         element = elements[n]

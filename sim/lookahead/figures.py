@@ -71,7 +71,7 @@ def run(moves: list[Move], settings: LookaheadSettings) -> tuple[FloatArray, flo
 def figures(output: Path) -> dict[str, Any]:
     """Draws the figures into `output` (SVG, PNG) with `lookahead.json`; returns that."""
     output.mkdir(parents=True, exist_ok=True)
-    base = LookaheadSettings()
+    base = LookaheadSettings(only_blends=True)
     stepped = replace(base, limits=MachineLimits.of(base.robot, jerk_limited=False))
     modes = {"without blending [s]": "G61", "with blending [s]": "G64 P0.025"}
     document: dict[str, Any] = {"figures 4 and 5": {}, "figure 6": []}

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Joints of the segments of the look-ahead planner: which are rounded, smooth, or a stop."""
+"""Joints of the segments of the look-ahead planner: rounded, turned, smooth, or a stop.
+
+Of the ways past a corner that its tolerance allows, the fastest one is taken (choice.py).
+"""
 
 from __future__ import annotations
 
@@ -11,18 +14,24 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.lookahead.limits import SHARE_ANGLES, SHARES, Pieces
+from sim.lookahead import choice
+from sim.lookahead.limits import SHARE_ANGLES, SHARES, Pieces, speeds
 from sim.lookahead.segments import Segment
 from sim.lookahead.settings import LookaheadSettings
 from sim.path import blend
 from sim.path.blend import Blends
 from sim.path.curves import FloatArray
+from sim.path.turn import Turn
 
 SHORTEST_BLEND = 1e-7  # distance from the corner [m] below which the joint is a stop
 SMOOTH = 1e-8  # angle [rad] and relative change of curvature that need no blend
 LARGEST_ANGLE = math.radians(175.0)  # between directions; beyond, the joint is a stop
 SLOWEST = 12  # joints kept for reports
 INNER_TOLERANCE = 2e-6  # of joints inside one block [m]
+
+
+Limit = tuple[float, float]
+"""Greatest speed and acceleration along the path."""
 
 
 @dataclass(eq=False)
@@ -55,6 +64,9 @@ class Joints:
         self.distance = np.zeros(count)
         self.stop = np.zeros(count, dtype=bool)
         self.blend = np.full(count, -1)
+        # By joint: the turn, its acceleration, speed and acceleration of the lines at both sides.
+        self.turns: dict[int, tuple[Turn, float, Limit, Limit]] = {}
+        self.found: list[Limit] = []  # speed and acceleration of each blend
         self.records: list[Joint] = []
         if count <= 0:
             return
@@ -67,7 +79,7 @@ class Joints:
         )
         jump = np.linalg.norm(k1 - k0, axis=1)
         inner = np.array([segment.inner for segment in segments[1:]])
-        within = self._lesser("tolerance")
+        within = self._lesser("rounding")
         within = np.where(inner, np.maximum(within, INNER_TOLERANCE), within)
         curvature = np.maximum(np.linalg.norm(k0, axis=1), np.linalg.norm(k1, axis=1))
         smooth = (self.angle <= SMOOTH) & (jump <= SMOOTH * np.maximum(1.0, curvature))
@@ -85,18 +97,65 @@ class Joints:
         if len(blended):
             points, blended = self._fitted(blended, distance, within, first[0])
         self.stop = ~smooth
+        self.which = blended
         if len(blended):
             self.distance[blended] = distance[blended]
             self.stop[blended] = False
             self.blend[blended] = np.arange(len(blended))
             self.blends = Blends(points)
-            apex = _apexes(self.blends, first[0][blended])
-            rows = np.column_stack([self.angle[blended], within[blended], apex]).tolist()
-            self.records = [
-                Joint(segments[k].line, *row, speed=0.0)
-                for k, row in zip(blended, rows, strict=True)
-            ]
-            self.which = blended
+            found = speeds(self.pieces(np.arange(len(blended))), limits, settings.robot)
+            self.found = list(zip(*(values.tolist() for values in found), strict=True))
+        self._choose(np.flatnonzero(~smooth & (within > 0.0)), within, settings)
+        self._record(within, first[0])
+
+    def _choose(
+        self, corners: NDArray[np.int64], within: FloatArray, settings: LookaheadSettings
+    ) -> None:
+        """Takes a turn or a stop where it is faster than the blend."""
+        if settings.only_blends or not len(corners):
+            return
+        window = settings.limits.window
+        sides = []
+        for shift, at_end in ((0, True), (1, False)):
+            own = [self.segments[k + shift] for k in corners]
+            length = np.array([segment.length for segment in own])
+            sides.append((length, *choice.end_limits(own, at_end, settings)))
+        gains = np.zeros(len(corners))
+        rows = np.flatnonzero(self.blend[corners] >= 0)
+        if len(rows):
+            blends = self.blend[corners[rows]]
+            speed = np.array([self.found[n][0] for n in blends])
+            lines = tuple(tuple(value[rows] for value in side) for side in sides)
+            gains[rows] = choice.blend_gains(
+                self.blends.length[blends], speed, self.distance[corners[rows]], lines, window
+            )
+        for row, k in enumerate(corners.tolist()):
+            limits = tuple((float(speed[row]), float(rate[row])) for _, speed, rate in sides)
+            turn = choice.turn(self.segments[k], self.segments[k + 1], limits, within[k], settings)
+            if turn is not None:
+                gain = choice.turn_gain(turn[1], limits, window)
+                if gain < min(0.0, gains[row]):
+                    self.turns[k] = *turn, *limits
+                    self.distance[k], self.stop[k], self.blend[k] = turn[0].half, False, -1
+                    continue
+            if gains[row] > 0.0:
+                self.distance[k], self.stop[k], self.blend[k] = 0.0, True, -1
+
+    def _record(self, within: FloatArray, corners: FloatArray) -> None:
+        """Records of the corners that are not stops."""
+        rounded = np.flatnonzero(self.blend >= 0)
+        if len(rounded):
+            apexes = _apexes(self.blends, corners[self.which])[self.blend[rounded]]
+            for k, apex in zip(rounded.tolist(), apexes.tolist(), strict=True):
+                speed = self.found[self.blend[k]][0]
+                self.records.append(self._joint(k, within, apex, speed))
+        for k, (turn, acceleration, *_) in self.turns.items():
+            speed = math.sqrt(6 * turn.half * acceleration) / 4 * math.cos(self.angle[k] / 2)
+            self.records.append(self._joint(k, within, turn.apex, speed))
+
+    def _joint(self, k: int, within: FloatArray, apex: float, speed: float) -> Joint:
+        line = self.segments[k].line
+        return Joint(line, float(self.angle[k]), float(within[k]), apex, speed)
 
     def _lesser(self, name: str) -> FloatArray:
         """The lesser value of both segments of each joint."""

@@ -21,19 +21,19 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
+from sim.lookahead.choice import LONGEST_CELL
 from sim.lookahead.elements import Element, evaluate, pieces_of
 from sim.lookahead.joints import Joint, Joints
 from sim.lookahead.limits import speeds
 from sim.lookahead.segments import Segment, Segments
 from sim.lookahead.settings import LookaheadSettings
-from sim.lookahead.speed import Cell, SpeedPlanner, Stop, Stretch
+from sim.lookahead.speed import Cell, Corner, SpeedPlanner, Stop, Stretch
 from sim.path import blend
 from sim.path.blend import SCALE
 from sim.path.curves import FloatArray
 from sim.path.moves import Dwell, Move
 from sim.path.workspace import Workspace
 
-LONGEST_CELL = 0.02  # of a line [m]; the directions to the legs change by some 3 %
 LARGEST_TURN = 0.2  # of an arc's cell [rad]
 BLOCK = 20_000  # most set-points made together
 
@@ -63,6 +63,7 @@ class Summary:
 
     moves: int = 0
     blends: int = 0
+    turns: int = 0
     smooth: int = 0
     stops: int = 0
     duration: float = 0.0
@@ -135,7 +136,7 @@ class Lookahead:
 
     # Cells
 
-    def _cells(self) -> Iterator[Cell | Stop]:
+    def _cells(self) -> Iterator[Cell | Corner | Stop]:
         before: Segment | None = None
         cut = 0.0  # length of `before` that its first blend has taken
         batch: list[Segment] = []
@@ -167,11 +168,11 @@ class Lookahead:
 
     def _batch(
         self, before: Segment | None, cut: float, batch: list[Segment], dwell: Dwell | None
-    ) -> tuple[Segment | None, float, list[Cell | Stop]]:
+    ) -> tuple[Segment | None, float, list[Cell | Corner | Stop]]:
         """Cells of the segments up to a dwell, or without the last one, which is handed back."""
         segments = [before, *batch] if before is not None else batch
         if not segments:
-            cells: list[Cell | Stop] = (
+            cells: list[Cell | Corner | Stop] = (
                 [Stop(dwell.seconds)] if dwell and dwell.seconds > 0.0 else []
             )
             if cells:
@@ -179,8 +180,9 @@ class Lookahead:
             return None, 0.0, cells
         joints = Joints(segments, self.settings)
         self.summary.blends += int(np.sum(joints.blend >= 0))
+        self.summary.turns += len(joints.turns)
         self.summary.stops += int(np.sum(joints.stop))
-        self.summary.smooth += int(np.sum(~joints.stop & (joints.blend < 0)))
+        self.summary.smooth += int(np.sum(~joints.stop & (joints.blend < 0))) - len(joints.turns)
         kept = len(segments) if dwell is not None else len(segments) - 1
         elements: list[Element] = []
         for k in range(kept):
@@ -198,6 +200,9 @@ class Lookahead:
                 elements.append(
                     Element(length, segment.line, segment.move, blends=joints.blends, index=index)
                 )
+            elif k in joints.turns:
+                turn = joints.turns[k][0]
+                elements.append(Element(2 * turn.half, segment.line, segment.move, turn=turn))
             elif joints.stop[k]:
                 elements.append(Element(0.0, segment.line, segment.move))
         cells = self._limited(elements, joints)
@@ -208,7 +213,7 @@ class Lookahead:
             return None, 0.0, cells
         return segments[-1], float(joints.distance[-1]) if len(segments) > 1 else cut, cells
 
-    def _limited(self, elements: list[Element], joints: Joints) -> list[Cell | Stop]:
+    def _limited(self, elements: list[Element], joints: Joints) -> list[Cell | Corner | Stop]:
         """Cells of the elements, with their greatest speeds and accelerations."""
         parts: list[tuple[Element, float, float]] = []  # element, begin, end on its segment
         for element in elements:
@@ -225,15 +230,18 @@ class Lookahead:
                 (element, float(a), float(b)) for a, b in zip(edges[:-1], edges[1:], strict=True)
             ]
         found = self._speeds(parts, joints)
-        cells: list[Cell | Stop] = []
+        cells: list[Cell | Corner | Stop] = []
+        turns = iter(joints.turns.values())
         for (element, begin, end), limit in zip(parts, found, strict=True):
-            if element.segment is None and element.blends is None:
+            if element.kind == "stop":
                 cells.append(Stop(0.0))
                 continue
-            cells.append(Cell(end - begin, *limit))
             self.summary.length += end - begin
-            if self.joints is not None and element.blends is not None:
-                joints.records[element.index].speed = limit[0]
+            if element.turn is not None:
+                half, (_, acceleration, before, after) = element.turn.half, next(turns)
+                cells += [Cell(half, *before), Corner(acceleration), Cell(half, *after)]
+                continue
+            cells.append(Cell(end - begin, *limit))
         if self.joints is not None:
             self.joints += joints.records
         self.summary.cells += len(cells)
@@ -249,9 +257,10 @@ class Lookahead:
             if not numbers:
                 continue
             if kind == "blend":
-                pieces = joints.pieces(np.array([parts[n][0].index for n in numbers]))
-            else:
-                pieces = pieces_of([parts[n] for n in numbers])
+                for n in numbers:
+                    result[n] = joints.found[parts[n][0].index]
+                continue
+            pieces = pieces_of([parts[n] for n in numbers])
             c, a = speeds(pieces, limits, robot)
             for number, speed, acceleration in zip(numbers, c.tolist(), a.tolist(), strict=True):
                 result[number] = (speed, acceleration)

@@ -55,6 +55,17 @@ class Segment:
     direction: FloatArray | None = None  # of a line
     curve: Curve | None = None  # of an arc
     ratio: float = 1.0  # length in path space per length of the curve
+    off: float = 0.0  # greatest distance of corners that were joined into this line [m]
+
+    @property
+    def allowed(self) -> float:
+        """Greatest distance from the programmed path: P, or Q where that is greater [m]."""
+        return max(self.tolerance, self.merge)
+
+    @property
+    def rounding(self) -> float:
+        """Greatest distance of blends from its ends [m]: P, less what joining has used."""
+        return min(self.tolerance, self.allowed - self.off)
 
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Point, first and second derivative by the length, (n, 5), in path space."""
@@ -199,13 +210,17 @@ class Segments:
         along = points @ direction
         off = points - along[:, None] * direction
         order = np.diff(np.concatenate([[0.0], along, [length]]))
-        if (np.sum(off * off, axis=1) > first.merge**2).any() or (order < 0.0).any():
+        # Lines joined and blends share the distance that is allowed.
+        most = max(first.allowed / 2, first.allowed - first.tolerance)
+        missed = math.sqrt(np.sum(off * off, axis=1).max())
+        if missed > min(first.merge, most) or (order < 0.0).any():
             return None
         return replace(
             first,
             end=item.end,
             length=length,
             direction=direction,
+            off=missed,
             line=item.line,
             move=item.move,
         )

@@ -16,13 +16,15 @@ DEPTH = 256  # moves looked at together, and least depth of the look-ahead
 class LookaheadSettings:
     """How moves are run: machine limits (None: those of the robot), rapid rate [m/s] (None: that
 
-    of the tool's limit), depth (moves), robot.
+    of the tool's limit), depth (moves), robot. only_blends: every corner that P lets round is
+    a blend, also where a turn or a stop would be faster; for the figures of blends.
     """
 
     limits: MachineLimits | None = None
     rapid: float | None = None
     depth: int = DEPTH
     robot: Robot = field(default_factory=Robot.load)
+    only_blends: bool = False
 
     @property
     def period(self) -> float:

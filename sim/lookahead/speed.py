@@ -13,6 +13,10 @@ between acceleration and deceleration the speed stays constant for T, so no ramp
 and a stop rests for T. A single move that reaches A comes out as the time-optimal S-curve; a
 shorter one takes up to 2 T longer than it could.
 
+A corner is a rest for no time. Averaged over the window as a vector, the motion about it is that
+of a turn (sim/path/turn.py), if the acceleration is the corner's for T before and after. Whoever
+adds a corner must see to that.
+
 Stream. The profile up to its last rise is final whatever follows, because every later plan is at
 least as fast; only the rest is planned anew when more cells have come. So the result does not
 depend on the number of cells looked at, and it is that of the whole path known at once.
@@ -43,6 +47,12 @@ class Cell(NamedTuple):
 
     length: float
     speed: float
+    acceleration: float
+
+
+class Corner(NamedTuple):
+    """A rest for no time, with this acceleration [m/s2] before and after it."""
+
     acceleration: float
 
 
@@ -106,13 +116,15 @@ class SpeedPlanner:
     fastest: float
     depth: int = 1024
     _cells: list[_Extended] = field(default_factory=list)
+    _corners: list[float] = field(default_factory=list)  # places of rests for no time
+    _floor: float = -math.inf  # place of the last of them
     _end: float = 0.0
     _speed: float = 0.0
     _next: int = 0
     _filter: _Average | None = None
     planned: int = 0  # cells planned, repeats counted: for checks of the work done
 
-    def run(self, items: Iterable[Cell | Stop]) -> Iterator[Stretch]:
+    def run(self, items: Iterable[Cell | Corner | Stop]) -> Iterator[Stretch]:
         """Stretches of the motion along the cells, from rest to rest."""
         self._filter = _Average(self.window)
         self._next = self.depth
@@ -120,12 +132,15 @@ class SpeedPlanner:
             if isinstance(item, Stop):
                 yield self._finish(item.dwell)
                 continue
+            if isinstance(item, Corner):
+                self._add_corner(item)
+                continue
             if not item.length > 0.0:
                 continue
             reach = item.speed * self.window / 2
             self._cells.append(
                 _Extended(
-                    self._end - reach,
+                    max(self._end - reach, self._floor),
                     self._end + item.length + reach,
                     item.speed,
                     item.acceleration,
@@ -140,10 +155,22 @@ class SpeedPlanner:
         if self._cells:
             yield self._finish(0.0)
 
+    def _add_corner(self, corner: Corner) -> None:
+        """No window about a place beyond a corner reaches farther than its turn."""
+        place, reach = self._end, corner.acceleration * self.window**2 / 2
+        for cell in reversed(self._cells):
+            if cell.end <= place - self.fastest * self.window / 2:
+                break
+            cell.end = min(cell.end, place)
+        self._cells.append(_Extended(place - reach, place + reach, math.inf, corner.acceleration))
+        self._corners.append(place)
+        self._floor = place
+
     def _finish(self, dwell: float) -> Stretch:
         ramps = self._plan(self._end) if self._cells else []
         length = self._end
-        self._cells, self._end, self._speed, self._next = [], 0.0, 0.0, self.depth
+        self._cells, self._corners, self._floor = [], [], -math.inf
+        self._end, self._speed, self._next = 0.0, 0.0, self.depth
         rest = self.window + dwell
         ramps.append(_Ramp(length, length, 0.0, 0.0, 0.0, 0))
         return self._filter.add(ramps, length, rest)
@@ -167,6 +194,8 @@ class SpeedPlanner:
         cut = ramps[-1].s1
         self._speed = ramps[-1].v1
         self._end -= cut
+        self._floor -= cut
+        self._corners = [place - cut for place in self._corners if place > cut]
         self._cells = [
             _Extended(cell.begin - cut, cell.end - cut, cell.speed, cell.acceleration)
             for cell in self._cells
@@ -180,7 +209,7 @@ class SpeedPlanner:
         """The fastest motion from the present speed to rest at `end`."""
         self.planned += len(self._cells)
         places, speeds, accelerations = self._limits(end)
-        squares = self._passes(places, speeds, accelerations)
+        squares = self._passes(places, speeds, accelerations, set(self._corners))
         ramps: list[_Ramp] = []
         for k, (c, a) in enumerate(zip(speeds, accelerations, strict=True)):
             _ramps_of(ramps, places[k], places[k + 1], squares[k], squares[k + 1], c, a)
@@ -196,7 +225,8 @@ class SpeedPlanner:
             ),
             key=lambda entry: entry[0],
         )
-        marks = sorted({0.0, end, *(c[0] for c in cells), *(c[1] for c in cells)})
+        corners = {place for place in self._corners if place < end}
+        marks = sorted({0.0, end, *corners, *(c[0] for c in cells), *(c[1] for c in cells)})
         places, speeds, accelerations = [0.0], [], []
         slow: list[tuple[float, float]] = []
         weak: list[tuple[float, float]] = []
@@ -212,7 +242,7 @@ class SpeedPlanner:
             while weak[0][1] <= place:
                 heapq.heappop(weak)
             c, a = slow[0][0], weak[0][0]
-            if speeds and speeds[-1] == c and accelerations[-1] == a:
+            if speeds and speeds[-1] == c and accelerations[-1] == a and place not in corners:
                 places[-1] = after
             else:
                 places.append(after)
@@ -221,7 +251,11 @@ class SpeedPlanner:
         return places, speeds, accelerations
 
     def _passes(
-        self, places: list[float], speeds: list[float], accelerations: list[float]
+        self,
+        places: list[float],
+        speeds: list[float],
+        accelerations: list[float],
+        corners: set[float],
     ) -> list[float]:
         """Squares of the speeds at the places."""
         count = len(speeds)
@@ -233,6 +267,8 @@ class SpeedPlanner:
                 speeds[k] ** 2,
                 speeds[k - 1] ** 2 if k else math.inf,
             )
+            if places[k] in corners:
+                value = 0.0
             squares[k] = value
         value = squares[0] = min(squares[0], self._speed**2)
         for k in range(count):

@@ -14,6 +14,7 @@ import numpy as np
 
 from sim.gcode.oracle import compare_samples
 from sim.lookahead import figures as lookahead_figures
+from sim.lookahead import paths as lookahead_paths
 from sim.lookahead import stress
 from sim.lookahead.limits import MachineLimits
 from sim.lookahead.planner import Lookahead
@@ -68,7 +69,7 @@ def corners(counts: Counts, rows: Rows) -> Measured:
     for tolerance in (0.001, 0.005, 0.010, 0.025, 0.1):
         program = lookahead_figures.corner_program(f"G64 P{tolerance}")
         moves = lookahead_figures.without_approach(program)
-        points = lookahead_figures.run(moves, LookaheadSettings())[0]
+        points = lookahead_figures.run(moves, LookaheadSettings(only_blends=True))[0]
         near = np.linalg.norm(points - np.array(moves[0].end[:3]), axis=1).min()
         worst = max(worst, float(near) / tolerance)
     return f"{worst:.4f} P at most", worst <= 1.0
@@ -82,7 +83,7 @@ def corners(counts: Counts, rows: Rows) -> Measured:
 )
 def corner_speed(counts: Counts, rows: Rows) -> Measured:
     """90 degrees, P = 0.1 mm, 4.8 m/s2: speed of the set-point next to the corner."""
-    base = LookaheadSettings()
+    base = LookaheadSettings(only_blends=True)
     found = []
     for jerk_limited in (True, False):
         limits = MachineLimits.of(base.robot, jerk_limited)
@@ -94,6 +95,41 @@ def corner_speed(counts: Counts, rows: Rows) -> Measured:
         near = np.linalg.norm(tool - corner, axis=1).argmin()
         found.append(float(np.linalg.norm(speed[near])) * 1e3)
     return f"{found[1]:.1f} mm/s; {found[0]:.1f} with limited jerk", min(found) >= 31.6
+
+
+@FEATURES.feature(
+    "time with G64 P against G61, 20 paths",
+    "-",
+    "never longer, P from 1 um to 1 mm",
+    "make test T=test_paths",
+)
+def never_longer(counts: Counts, rows: Rows) -> Measured:
+    """Every path of sim/lookahead/paths.py at every P: the largest time more than with stops."""
+    found = list(lookahead_paths.losses())
+    longer = sum(more > 0.0 for _, _, more in found)
+    names = len({name for name, _, _ in found})
+    saved = -sum(more for _, _, more in found) / len(found)
+    return f"{longer} of {len(found)} runs longer, {names} paths; {saved:.3f} s saved on average", (
+        longer == 0 and names >= 20
+    )
+
+
+@FEATURES.feature(
+    "A-G-H P 0.01; raster P 0.05; chords of 1 and 0.02 mm P 0.02",
+    "-",
+    "<= 11.93 s; <= 6.90 s; <= 1.75 s",
+    "make test T=test_paths",
+)
+def path_times(counts: Counts, rows: Rows) -> Measured:
+    """Times of three paths of sim/lookahead/paths.py."""
+    wanted = (
+        ("A-G-H", 0.01, 11.93),
+        ("raster, 12 lines of 20 mm, 2 mm apart", 0.05, 6.90),
+        ("circle, chords of 1 and 0.02 mm", 0.02, 1.75),
+    )
+    found = [lookahead_paths.path_time(name, f"G64 P{p}") for name, p, _ in wanted]
+    met = all(time <= most for time, (*_, most) in zip(found, wanted, strict=True))
+    return "; ".join(f"{time:.3f} s" for time in found), met
 
 
 @functools.cache

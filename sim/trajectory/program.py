@@ -248,7 +248,7 @@ def _looking_ahead(
                 raise _too_long(program, robot, int(numbers[points.move[0]]))
     finally:  # also where the caller takes only the first ticks
         summary = lookahead.summary
-        corners.rounded += summary.blends
+        corners.rounded += summary.blends + summary.turns
         corners.smooth += summary.smooth
         corners.stops += summary.stops
     if held is None:  # rests alone

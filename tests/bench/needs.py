@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The one list of what a test may be skipped for. Under CI=true a skip is a failure.
 
-The only exceptions are the cross compiler and its GDB, whose build takes half an hour (`LEFT_OUT`).
+The only exceptions (`LEFT_OUT`) are the cross compiler and its GDB, whose build takes half an hour,
+and Rust, whose packages come from a registry of their own.
 The hooks of tests/conftest.py hold the rule for every skip, whoever asks for it.
 
     @needs("yosys")                        a test, or `pytestmark` of a file
@@ -22,6 +23,7 @@ from typing import Any
 
 import pytest
 
+from sim.ethercat import ethercrab_master
 from sim.ethercat.tap import NamespaceError, in_namespace
 from sim.gcode import oracle
 from sim.harness.n2_lockstep import find_qemu
@@ -82,10 +84,25 @@ TOOLS: dict[str, tuple[str, Callable[[], Any], str]] = {
         lambda: find_spec("bitwuzla"),
         "make setup-synth",
     ),
+    "cargo": (
+        "building ethercrab, a master on the bus",
+        ethercrab_master.cargo,
+        ethercrab_master.CURE,
+    ),
     "chromium": (
         "looking at the result pages",
         lambda: shutil.which("chromium"),
         "scripts/debian_tool.sh chromium",
+    ),
+    "dejagnu": (
+        "running the tests of GCC and GDB",
+        lambda: shutil.which("runtest"),
+        "scripts/debian_tool.sh dejagnu",
+    ),
+    "debian-verilator": (
+        "linting the file lists with the Verilator of Debian",
+        lambda: shutil.which("verilator", path="/usr/bin"),
+        "scripts/debian_tool.sh verilator",
     ),
     "fst": (
         "writing waves",
@@ -143,7 +160,7 @@ TOOLS: dict[str, tuple[str, Callable[[], Any], str]] = {
         "make setup-synth",
     ),
 }
-LEFT_OUT = ("nios-gcc", "nios-gdb")  # may be missing under CI=true
+LEFT_OUT = ("cargo", "nios-gcc", "nios-gdb")  # may be missing under CI=true
 
 
 @cache

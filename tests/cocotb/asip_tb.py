@@ -50,7 +50,7 @@ CYCLES = {
     ("small", "leg"): 60,
 }
 PERIODS = [8000, 10000]  # 125 MHz and 100 MHz [ps]
-TICKS = int(os.environ.get("TICKS", "40"))
+TICKS = int(os.environ.get("TICKS", "20"))
 LEG_TICK = {"x": 3.0, "y": 0.5, "z": 4.0, "counter": 7}
 LEG_OUTPUTS = {"length": 5.0, "inverse": float(np.float32(0.2)), "total": 25.0, "way": 7.0}
 LEG_SAFE = {"length": 0.0, "inverse": 0.25, "total": -1.0, "way": 0.0}
@@ -156,7 +156,7 @@ OPERATIONS = {
     "iadd   {}, n, n": lambda p, q, r, n: (n + n, 0),
     "isub   {}, m, n": lambda p, q, r, n: (np.uint32(5) - n, 0),
 }
-ROWS = 25  # ticks for one operation
+ROWS = 12  # ticks for one operation
 
 
 def minus(bits):

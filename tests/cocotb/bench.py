@@ -10,8 +10,9 @@ A run is built and simulated when the first of its tests is asked for.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from types import ModuleType
 
 import pytest
@@ -44,6 +45,18 @@ class Run:
         )
         return [test.name for test in tests if re.search(self.only, test.name)]
 
+    def start(
+        self, simulation: Simulation, plusargs: Sequence[str] = (), **environment: str
+    ) -> Path:
+        """Run the tests on a build; returns the file of the results."""
+        wanted = "|".join(map(re.escape, self.names()))
+        bins = simulation.folder / "bins.txt"
+        bins.write_text("", encoding="utf-8")
+        environment = {"SEED": str(SEED), "BINS": str(bins), **environment}
+        return simulation.run(
+            self.bench.__name__, environment, test_filter=f"({wanted})$", plusargs=list(plusargs)
+        )
+
 
 _found: dict[str, dict[str, str] | Exception] = {}
 
@@ -63,9 +76,7 @@ def simulated(name: str, run: Run) -> dict[str, str]:
 
 def _simulate(name: str, run: Run) -> dict[str, str]:
     simulation = Simulation(run.top, folder=FOLDER / name, parameters=run.parameters, sim=run.sim)
-    wanted = "|".join(map(re.escape, run.names()))
-    results = simulation.run(run.bench.__name__, {"SEED": str(SEED)}, test_filter=f"({wanted})$")
-    return outcomes(results)
+    return outcomes(run.start(simulation))
 
 
 def one_test_each(runs: Mapping[str, Run]) -> Callable[..., None]:

@@ -5,7 +5,7 @@ Icarus simulates with four states: the monitor and the driver refuse an X on any
 """
 
 from asip_asm.isa import default_isa
-from tests.cocotb import asip_tb
+from tests.cocotb import asip_tb, states_tb
 from tests.cocotb.bench import Run, one_test_each
 
 SHAPES = {
@@ -14,7 +14,9 @@ SHAPES = {
 }
 IN_ICARUS = "^(states__|fault__output_that|fault__illegal|host__interrupts)"
 
+RUNS = {name: Run("asip", asip_tb, "", shape) for name, shape in SHAPES.items()}
+RUNS |= {f"{name}-states": Run("asip", states_tb, "", shape) for name, shape in SHAPES.items()}
+
 test_scenario = one_test_each(
-    {name: Run("asip", asip_tb, "", shape) for name, shape in SHAPES.items()}
-    | {"icarus": Run("asip", asip_tb, IN_ICARUS, SHAPES["fast"], "icarus")}
+    RUNS | {"icarus": Run("asip", asip_tb, IN_ICARUS, SHAPES["fast"], "icarus")}
 )

@@ -5,12 +5,12 @@ from sim.custom_table import load
 from tests.cocotb import custom_tb
 from tests.cocotb.bench import Run, one_test_each
 
-test_scenario = one_test_each(
-    {
-        name: Run("ci_slaves", custom_tb, f"^{name}__", {"Platform": number})
-        for number, name in enumerate(("fpga1", "fpga2"), 1)
-    }
-)
+RUNS = {
+    name: Run("ci_slaves", custom_tb, f"^{name}__", {"Platform": number})
+    for number, name in enumerate(("fpga1", "fpga2"), 1)
+}
+
+test_scenario = one_test_each(RUNS)
 
 
 def test_tables__have_every_instruction():

@@ -54,6 +54,15 @@ def test_page__with_pytest(folder, environment, commands, sim):
     assert "1 passed" in said
 
 
+WITHOUT_FILE = [b for b in code_blocks(PAGE) if b.language == "python" and not b.title]
+
+
+@pytest.mark.parametrize("block", WITHOUT_FILE, ids=str)
+def test_page__without_pytest(block, folder, environment, commands):
+    said = output(commands / "python", "-c", block.text, cwd=folder, env=environment, timeout=600)
+    assert ": ''}" in said
+
+
 @pytest.mark.parametrize("sim", SIMULATORS)
 def test_page__with_its_makefile(folder, environment, sim):
     output("make", f"SIM={sim}", cwd=folder, env=environment, timeout=600)

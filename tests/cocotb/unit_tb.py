@@ -10,7 +10,7 @@ import cocotb
 import numpy as np
 
 from asip_asm.machine import fp_latencies
-from sim.cocotb import golden
+from sim.cocotb import bins, golden
 from sim.cocotb.unit import Unit
 from tests.bench.seed import SEED
 from tests.fpu import stimulus
@@ -18,6 +18,7 @@ from tests.fpu.tb import generator
 
 LATENCY = fp_latencies()
 FEW = 300  # random operands for a test
+FOLDED_INTERVAL = 7  # clocks from an operation of fp_divsqrt_folded to the next one
 # op_i of fp_cmp, and what it makes of its operands.
 COMPARISONS = {
     "eq": lambda a, b, c: one(golden.compare(a, b, "eq")),
@@ -69,15 +70,20 @@ def operands(kind: str, columns: int) -> list[np.ndarray]:
     return [column.copy() for column in found[:columns]]
 
 
-async def started(dut, latency: str) -> Unit:
+async def started(dut, latency: str, interval: int = 1) -> Unit:
     """The unit out of reset, a third of the clocks without an operation."""
-    unit = Unit(dut, LATENCY[f"FP_{latency}_LATENCY"], seed=SEED, bubbles=0.3)
+    rank = LATENCY[f"FP_{latency}_LATENCY"]
+    unit = Unit(dut, rank, seed=SEED, bubbles=0.3, interval=interval)
     await unit.reset()
     return unit
 
 
-async def expect(unit: Unit, want, **columns) -> None:
-    """The unit's results and flags are these."""
+async def expect(unit: Unit, want, exact=None, name: str = "", **columns) -> None:
+    """The unit's results and flags are these. exact: result of finite operands as a fraction.
+
+    The classes of exceptions, results and roundings are counted under the name of the unit, or
+    `name`.
+    """
     got = await unit.stream(**columns)
     wrong = np.flatnonzero((got[0] != want[0]) | (got[1] != want[1]))
     pins = {name: np.broadcast_to(column, len(want[0])) for name, column in columns.items()}
@@ -88,6 +94,15 @@ async def expect(unit: Unit, want, **columns) -> None:
         for i in wrong[:5]
     ]
     assert not len(wrong), f"{len(wrong)} of {len(want[0])} differ\n" + "\n".join(lines)
+    name = name or unit.dut._name
+    bins.results(name, *got)
+    if exact:
+        operands_ = [pins[pin].tolist() for pin in exact.__code__.co_varnames]
+        for row in zip(*operands_, want[0].tolist(), strict=True):
+            if all(bits & 0x7F800000 != 0x7F800000 for bits in row):
+                value = exact(*map(bins.fraction, row[:-1]))
+                if value is not None:
+                    bins.rounding(name, value, row[-1])
 
 
 KINDS = ["corners", "random"]
@@ -98,7 +113,8 @@ KINDS = ["corners", "random"]
 async def fp_add__sum_and_difference(dut, kind, sub):
     unit = await started(dut, "ADD")
     a, b = operands(kind, 2)
-    await expect(unit, (golden.sub if sub else golden.add)(a, b), a=a, b=b, sub=sub)
+    exact = (lambda a, b: a - b) if sub else (lambda a, b: a + b)
+    await expect(unit, (golden.sub if sub else golden.add)(a, b), exact, a=a, b=b, sub=sub)
 
 
 @cocotb.test()
@@ -106,7 +122,7 @@ async def fp_add__sum_and_difference(dut, kind, sub):
 async def fp_mul__product(dut, kind):
     unit = await started(dut, "MUL")
     a, b = operands(kind, 2)
-    await expect(unit, golden.mul(a, b), a=a, b=b)
+    await expect(unit, golden.mul(a, b), lambda a, b: a * b, a=a, b=b)
 
 
 @cocotb.test()
@@ -116,7 +132,8 @@ async def fp_fma__multiply_add(dut, kind, neg_product, neg_addend):
     a, b, c = operands(kind, 3)
     signs = {"neg_product": neg_product, "neg_addend": neg_addend}
     want = golden.fma(negated(a, neg_product), b, negated(c, neg_addend))
-    await expect(unit, want, a=a, b=b, c=c, kind=0, **signs)
+    exact = (lambda a, b, c: a * b + c) if not neg_product and not neg_addend else None
+    await expect(unit, want, exact, a=a, b=b, c=c, kind=0, **signs)
 
 
 @cocotb.test()
@@ -152,20 +169,70 @@ def negated(bits: np.ndarray, wanted: int) -> np.ndarray:
     return np.where(nan, bits, bits ^ np.uint32(wanted << 31))
 
 
+def unit_name(unit: Unit, operation: str) -> str:
+    """Name of one of the two operations of a divider, for its bins."""
+    return f"{unit.dut._name}.{operation}"
+
+
+async def quotients(unit: Unit, kind: str) -> None:
+    """Corners and random operands, with operands that would be wrong for the other operation."""
+    a, b = operands(kind, 2)
+    want = golden.div(a, b)
+    await expect(unit, want, lambda a, b: a / b if b else None, unit_name(unit, "quotient"),
+                 a=a, b=b, sqrt=0)  # fmt: skip
+
+
+async def roots(unit: Unit, kind: str) -> None:
+    (a,) = operands(kind, 1)
+    await expect(unit, golden.sqrt(a), name=unit_name(unit, "root"), a=a, b=np.flip(a), sqrt=1)
+
+
+async def quotients_and_roots(unit: Unit) -> None:
+    """In random order: no operation leaves anything to the next one."""
+    a, b = operands("random", 2)
+    sqrt = generator("cocotb order").integers(0, 2, len(a))
+    both = zip(golden.div(a, b), golden.sqrt(a), strict=True)
+    want = [np.where(sqrt, root, quotient) for quotient, root in both]
+    await expect(unit, want, name=unit_name(unit, "both"), a=a, b=b, sqrt=sqrt)
+
+
 @cocotb.test()
 @cocotb.parametrize(kind=KINDS)
 async def fp_divsqrt__quotient(dut, kind):
-    unit = await started(dut, "DIVSQRT")
-    a, b = operands(kind, 2)
-    await expect(unit, golden.div(a, b), a=a, b=b, sqrt=0)
+    await quotients(await started(dut, "DIVSQRT"), kind)
 
 
 @cocotb.test()
 @cocotb.parametrize(kind=KINDS)
 async def fp_divsqrt__root(dut, kind):
-    unit = await started(dut, "DIVSQRT")
-    (a,) = operands(kind, 1)
-    await expect(unit, golden.sqrt(a), a=a, b=np.flip(a), sqrt=1)
+    await roots(await started(dut, "DIVSQRT"), kind)
+
+
+@cocotb.test()
+async def fp_divsqrt__quotients_and_roots_in_random_order(dut):
+    await quotients_and_roots(await started(dut, "DIVSQRT"))
+
+
+async def folded(dut) -> Unit:
+    """The divider of configuration `small`: seven clocks from an operation to the next one."""
+    return await started(dut, "DIVSQRT", interval=FOLDED_INTERVAL)
+
+
+@cocotb.test()
+@cocotb.parametrize(kind=KINDS)
+async def fp_divsqrt_folded__quotient(dut, kind):
+    await quotients(await folded(dut), kind)
+
+
+@cocotb.test()
+@cocotb.parametrize(kind=KINDS)
+async def fp_divsqrt_folded__root(dut, kind):
+    await roots(await folded(dut), kind)
+
+
+@cocotb.test()
+async def fp_divsqrt_folded__quotients_and_roots_in_random_order(dut):
+    await quotients_and_roots(await folded(dut))
 
 
 @cocotb.test()
@@ -173,7 +240,8 @@ async def fp_divsqrt__root(dut, kind):
 async def fp_cmp__operation(dut, op):
     unit = await started(dut, "CMP")
     a, b, c = operands("corners", 3)
-    await expect(unit, COMPARISONS[op](a, b, c), a=a, b=b, c=c, op=list(COMPARISONS).index(op))
+    code = list(COMPARISONS).index(op)
+    await expect(unit, COMPARISONS[op](a, b, c), name=f"fp_cmp.{op}", a=a, b=b, c=c, op=code)
 
 
 @cocotb.test()
@@ -196,13 +264,12 @@ async def fp_f2i__float_to_integer(dut, truncate):
     await expect(unit, golden.int_of(a, bool(truncate)), a=a, truncate=truncate)
 
 
-@cocotb.test()
-@cocotb.parametrize(cos=[0, 1])
-async def fp_sincos__within_its_range(dut, cos):
+async def within_range(unit: Unit, cos: int) -> None:
     """Within the error bound of numpy in double precision; exact at zero."""
-    unit = await started(dut, "SINCOS")
     rng = generator("cocotb angles")
-    angles = np.concatenate((rng.uniform(-256, 256, FEW), np.arange(-40, 41) * np.pi / 4))
+    near = np.concatenate((rng.uniform(-256, 256, FEW), np.arange(-40, 41) * np.pi / 4))
+    small = np.exp2(rng.uniform(-40, 0, FEW // 4)) * rng.choice([-1, 1], FEW // 4)
+    angles = np.concatenate((near, small, [256.0, -256.0]))
     a = np.concatenate((angles.astype(np.float32).view(np.uint32), np.uint32([0, 1 << 31])))
     got, raised = await unit.stream(a=a, cos=cos)
     error = golden.sine_error(a, got, bool(cos))
@@ -211,15 +278,37 @@ async def fp_sincos__within_its_range(dut, cos):
     exact = np.array([golden.ONE] * 2 if cos else [0, 1 << 31], np.uint32)
     assert np.array_equal(got[-2:], exact) and not raised[-2:].any()
     assert np.all(raised[:-2][angles != 0] & golden.NX)
+    bins.results(unit.dut._name, got, raised)
+
+
+async def outside_of_range(unit: Unit, cos: int) -> None:
+    a = np.uint32([0x43800001, 0xC3800001, 0x7F7FFFFF, 0x7F800000, 0xFF800000, 0x7F800001])
+    want = np.full(len(a), golden.NAN), np.full(len(a), golden.NV, np.uint8)
+    await expect(unit, want, a=a, cos=cos)
+
+
+@cocotb.test()
+@cocotb.parametrize(cos=[0, 1])
+async def fp_sincos__within_its_range(dut, cos):
+    await within_range(await started(dut, "SINCOS"), cos)
 
 
 @cocotb.test()
 @cocotb.parametrize(cos=[0, 1])
 async def fp_sincos__outside_of_its_range(dut, cos):
-    unit = await started(dut, "SINCOS")
-    a = np.uint32([0x43800001, 0xC3800001, 0x7F7FFFFF, 0x7F800000, 0xFF800000, 0x7F800001])
-    want = np.full(len(a), golden.NAN), np.full(len(a), golden.NV, np.uint8)
-    await expect(unit, want, a=a, cos=cos)
+    await outside_of_range(await started(dut, "SINCOS"), cos)
+
+
+@cocotb.test()
+@cocotb.parametrize(cos=[0, 1])
+async def fp_sincos_overlapped__within_its_range(dut, cos):
+    await within_range(await started(dut, "SINCOS_OVERLAPPED"), cos)
+
+
+@cocotb.test()
+@cocotb.parametrize(cos=[0, 1])
+async def fp_sincos_overlapped__outside_of_its_range(dut, cos):
+    await outside_of_range(await started(dut, "SINCOS_OVERLAPPED"), cos)
 
 
 @cocotb.test()

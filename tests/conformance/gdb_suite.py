@@ -2,7 +2,7 @@
 """GDB's own tests of remote targets, against the GDB stub of nios-run.
 
     python -m tests.conformance.gdb_suite                  the files of gdb_suite.toml
-    python -m tests.conformance.gdb_suite break.exp        some of them
+    python -m tests.conformance.gdb_suite break.exp        some of them, the others keep results
 
 gdb_suite.toml names the files, and each failure that is expected, with its reason. Results go to
 build/conformance/gdb.json.
@@ -11,13 +11,15 @@ build/conformance/gdb.json.
 from __future__ import annotations
 
 import json
+import os
 import re
 import shlex
 import sys
 import tomllib
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from asip_asm.command import command_parser
 from asip_asm.files import write_text
@@ -31,28 +33,38 @@ RUNNING = re.compile(r"^Running \S*/(gdb\.\w+/\S+\.exp) \.\.\.")
 RESULT = re.compile(r"^([A-Z]+): (?:gdb\.\w+/\S+\.exp: )?(.*)$")
 
 
-def judge(lines: Sequence[str], expected: dict[str, dict[str, str]]) -> list[dict[str, object]]:
-    """A row for each file: results by kind, failures that no reason explains."""
-    rows: dict[str, dict] = {}
-    row: dict = {}
+def table() -> dict[str, Any]:
+    """Files, and expected failures by file and text."""
+    return tomllib.loads(TABLE.read_text(encoding="utf-8"))
+
+
+def judge(lines: Sequence[str]) -> list[dict[str, Any]]:
+    """A row for each file: results by kind, and its failures."""
+    rows: dict[str, dict[str, Any]] = {}
+    row: dict[str, Any] = {}
     for line in lines:
         if found := RUNNING.match(line):
-            counts: Counter[str] = Counter()
             row = rows.setdefault(
-                found[1], {"file": found[1], "counts": counts, "failed": [], "explained": []}
+                found[1], {"file": found[1], "counts": Counter(), "failed": [], "explained": []}
             )
         elif row and (found := RESULT.match(line)):
             row["counts"][found[1]] += 1
             if found[1] in BAD:
-                reasons = expected.get(Path(row["file"]).name, {})
-                known = next((why for text, why in reasons.items() if text in found[2]), "")
-                row["explained" if known else "failed"].append(found[2])
+                row["failed"].append(found[2])
     return list(rows.values())
 
 
-def measure(files: Sequence[str]) -> list[dict[str, object]]:
+def explain(row: dict[str, Any], expected: Mapping[str, Mapping[str, str]]) -> dict[str, Any]:
+    """The row with its failures divided into those that the table explains, and the others."""
+    keys = expected.get(Path(row["file"]).name, {})
+    failures = [*row["explained"], *row["failed"]]
+    known = [text for text in failures if any(key in text for key in keys)]
+    return row | {"explained": known, "failed": [t for t in failures if t not in known]}
+
+
+def measure(files: Sequence[str]) -> list[dict[str, Any]]:
     """Run these files, all by default; writes the results. Raises ToolError."""
-    table = tomllib.loads(TABLE.read_text(encoding="utf-8"))
+    names = table()["files"]
     NiosRtl(SYSTEM, debug=True)  # built before GDB waits for it
     gcc = program("nios2-elf-gcc")
     output = FOLDER / "gdb"
@@ -65,17 +77,32 @@ def measure(files: Sequence[str]) -> list[dict[str, object]]:
             # A model starts in seconds, on a busy machine in many.
             "GDBFLAGS": '{-iex "set remotetimeout 60"}',
         },
-        [f"gdb.base/{file}" for file in files or table["files"]],
+        [f"gdb.base/{file}" for file in files or names],
         output,
+        PATH=f"{gcc.parent}{os.pathsep}{os.environ['PATH']}",  # strip, objcopy
         NIOS_GCC=str(gcc),
         NIOS_CFLAGS=shlex.join(code),
         # Functions that only GDB calls stay.
         NIOS_LDFLAGS=shlex.join([*link, "-Wl,--no-gc-sections"]),
         NIOS_RUN=shlex.join(map(str, run)),
     )
-    rows = judge(summary.read_text(errors="replace").splitlines(), table.get("expected", {}))
-    write_text(RESULTS, json.dumps({"whole": not files, "files": rows}, indent=2) + "\n")
+    expected = table()["expected"]
+    rows = judge(summary.read_text(errors="replace").splitlines())
+    rows = [explain(row, expected) for row in rows]
+    save(rows, names, expected)
     return rows
+
+
+def save(
+    rows: Sequence[dict[str, Any]], files: Sequence[str], expected: Mapping[str, Mapping[str, str]]
+) -> None:
+    """Write rows in place of earlier ones of the same files."""
+    earlier = json.loads(RESULTS.read_text())["files"] if RESULTS.exists() else []
+    found = {row["file"]: row for row in [*earlier, *rows]}
+    wanted = [f"gdb.base/{file}" for file in files]
+    kept = [explain(found[name], expected) for name in wanted if name in found]
+    document = {"whole": len(kept) == len(files), "files": kept}
+    write_text(RESULTS, json.dumps(document, indent=2) + "\n")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -73,7 +73,8 @@ def programs() -> Iterator[Block]:
     """Whole programs in assembly."""
     for page in PAGES:
         for block in code_blocks(page):
-            if re.search(r"^\s*halt\b|\bhalt$", block.text, re.M) and ".output" in block.text:
+            whole = re.search(r"^\s*halt\b|\bhalt$", block.text, re.M) and ".output" in block.text
+            if whole and block.language != "python":
                 yield block
 
 

@@ -106,7 +106,9 @@ def test_program__assembles(block, configuration, tmp_path):
 
 # Pages whose Python is not run here, each with its reason.
 PYTHON_NOT_RUN = {
-    "ethercat_application.md": "needs a device on an interface, tests/ethercat/test_device.py"
+    "ethercat_application.md": "needs a device on an interface, tests/ethercat/test_device.py",
+    "cocotb.md": "for the wheel, tests/cocotb/test_page.py",
+    "cocotb_blocks.md": "for the wheel, tests/cocotb/test_page.py",
 }
 PYTHON = [
     block

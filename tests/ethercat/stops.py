@@ -108,9 +108,7 @@ class Stop:
     before: float  # the measured speed at the stop
     highest: float  # after it
     distance: float
-    longest: (
-        float  # what it may be: at the ordered deceleration, a tick, the loop's lag, an increment
-    )
+    longest: float  # at the ordered deceleration, and a tick, the loop's lag, an increment
 
     @property
     def ratio(self) -> float:

@@ -203,8 +203,7 @@ def test_flooded_mailbox__no_pass_is_late(tmp_path, requests, mode):
 
 def test_states_and_frames_without_a_pause__no_pass_is_late(tmp_path):
     """To OP and the axes enabled; the manager of the mailbox written in OP; frames with the least
-    gap, whose targets are faster than 607F; then no frames, so that the device falls to SAFEOP.
-    """
+    gap, whose targets are faster than 607F; no frames any more: the device falls to SAFEOP."""
     device = load()
     bench = Bench(device, tmp_path / "states.pcap", CSP)
     rtl = bench.rtl

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import pytest
 
+from sim.ethercat import ethercrab_master
 from tests.bench.needs import needs
 from tests.ethercat.masters import report_of
 
@@ -29,6 +30,18 @@ def test_kickcat__brings_a_slave_to_op_and_counts_right():
     assert found["state"] == "OP"
     assert found["wrong_counters"] == found["torn_inputs"] == 0
     assert found["echoes"] > 20
+
+
+@pytest.mark.full
+@needs("cargo")
+@pytest.mark.parametrize(("slaves", "cycles"), ((1, 10_000), (3, 10_000)))
+def test_ethercrab__brings_slaves_to_op_and_counts_right(slaves: int, cycles: int):
+    """With distributed clocks, as it sets them up by itself."""
+    ethercrab_master.build()  # here, where the network is
+    found = run(slaves, cycles, 7200, "ethercrab")
+    assert found["state"] == "OP" and found["expected_counter"] == 3 * slaves
+    assert found["wrong_counters"] == found["torn_inputs"] == 0
+    assert found["echoes"] > (cycles - 20) * slaves
 
 
 @pytest.mark.full

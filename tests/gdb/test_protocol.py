@@ -356,3 +356,16 @@ def test_detached_program_runs_on_without_breakpoints():
     while status is None:
         status = session.server.run_alone()
     assert status == 0
+
+
+@pytest.mark.parametrize("packet", ["qCRCx", "qCx", "qAttachedx", "vContx", "vKillx", "vRunx"])
+def test_packet_whose_name_begins_as_a_known_one__has_the_empty_answer(gdb, packet):
+    assert gdb.ask(packet) == b""
+
+
+def test_checksum_of_memory__as_gdb_computes_it(gdb):
+    """The check value of this CRC is that of the catalogues for the text 123456789."""
+    gdb.write(DTCM + 0x701, b"123456789")
+    assert gdb.ask(f"qCRC:{DTCM + 0x701:x},9") == b"C0376e6e7"
+    assert gdb.ask("qCRC:0,4") == b"E0e" and gdb.ask("qCRC:x") == b"E16"
+    assert gdb.ask("qC") == b"QC1"

@@ -31,6 +31,7 @@ from tests.lookahead.programs import distance_to_polyline, sampled
 ROBOT = Robot.load()
 SMOOTH = LookaheadSettings(robot=ROBOT)
 STEPS = LookaheadSettings(robot=ROBOT, limits=MachineLimits.of(ROBOT, jerk_limited=False))
+BLENDS = [replace(settings, only_blends=True) for settings in (SMOOTH, STEPS)]
 
 
 def moves_of(text: str):
@@ -83,7 +84,7 @@ def test_one_line__jerk_limited__is_as_fast_as_ruckig(way):
 # Corners
 
 
-@pytest.mark.parametrize("settings", [SMOOTH, STEPS], ids=["smooth", "steps"])
+@pytest.mark.parametrize("settings", BLENDS, ids=["smooth", "steps"])
 @pytest.mark.parametrize("angle", [30.0, 90.0, 150.0])
 @pytest.mark.parametrize("tolerance", [0.001, 0.005, 0.010, 0.025, 0.1])
 def test_corner__each_tolerance__is_kept_by_the_set_points_and_used(settings, angle, tolerance):
@@ -100,7 +101,7 @@ def test_corner__each_tolerance__is_kept_by_the_set_points_and_used(settings, an
         assert np.linalg.norm(tool - corners[1], axis=1).min() <= tolerance
 
 
-@pytest.mark.parametrize("settings", [SMOOTH, STEPS], ids=["smooth", "steps"])
+@pytest.mark.parametrize("settings", BLENDS, ids=["smooth", "steps"])
 def test_corner__ninety_degrees__is_passed_at_31_6_mm_per_s(settings):
     moves = without_approach(corner_program("G64 P0.1"))
     points, _ = sampled(moves, settings)
@@ -349,7 +350,7 @@ def test_dwell__between_moves__rests_for_its_time():
 def test_merged__lines_within_q__are_one_line_within_q():
     items = moves_of(ODD["merged"])
     points, run = sampled(items, SMOOTH)
-    assert run.summary.blends == 1
+    assert run.summary.blends + run.summary.turns == 1
     corners = np.array([items[0].start[:3], *(move.end[:3] for move in items)])
     off = distance_to_polyline(points.position[:, :3] * 1e3, corners)
     assert 0.001 < off.max() <= 0.01 + 0.02

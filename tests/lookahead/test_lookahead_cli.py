@@ -22,7 +22,7 @@ def program(tmp_path):
 def test_command__program__prints_time_corners_and_limits(program, tmp_path, capsys):
     assert main([str(program), "--json", str(tmp_path / "out/part.json")]) == 0
     text = capsys.readouterr().out
-    assert "2 blended corners" in text
+    assert "0 blended corners, 2 turned" in text
     assert "limits reached" in text
     document = json.loads((tmp_path / "out/part.json").read_text())
     assert document["moves"] == 3
@@ -53,7 +53,7 @@ def test_command__many_corners__keeps_the_slowest(tmp_path):
     path.write_text(f"G64 P0.01\nG1 F6000 X1\n{steps}M2\n")
     main([str(path), "--time-only", "--json", str(tmp_path / "a.json")])
     document = json.loads((tmp_path / "a.json").read_text())
-    assert document["blended corners"] > 4 * SLOWEST
+    assert document["blended corners"] + document["turned corners"] > 4 * SLOWEST
     assert len(document["slowest corners"]) == SLOWEST
 
 

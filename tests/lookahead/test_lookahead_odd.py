@@ -70,7 +70,7 @@ def test_feed__of_the_tool__holds_in_a_blend_between_turns_of_the_table():
     moves = lines(
         (10.0, 0.0, 600.0, 10.0, 0.0), (20.0, 0.0, 600.0, 0.0, 0.0), feed=600, tolerance=5
     )
-    points, run = sampled(moves, SETTINGS)
+    points, run = sampled(moves, replace(SETTINGS, only_blends=True))
     assert run.summary.blends == 1
     speed = np.linalg.norm(np.diff(points.position[:, :3], axis=0), axis=1) / SETTINGS.period
     assert speed.max() <= 0.01 * (1 + 1e-9)

@@ -12,6 +12,7 @@ import pytest
 
 from sim.harness.build import verilator_driver
 from sim.harness.sources import sources_of
+from tests.bench.needs import find, needs
 from tests.bench.tcl import calls
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -97,6 +98,7 @@ OTHER_LISTS = [
     ("nios/n2_core.f", "n2_core"),
     ("nios/n2_system.f", "n2_system"),
 ]
+DEBIAN_QUICK = ("asip/asip.f", "ethercat/ethercat.f")  # the others hold the same modules
 
 
 @pytest.mark.parametrize(("name", "top"), OTHER_LISTS)
@@ -114,6 +116,29 @@ def test_list_compiles_alone(name, top):
     done = subprocess.run(
         [*command, "rtl/waivers.vlt", "-f", f"rtl/{name}"], cwd=ROOT, capture_output=True, text=True
     )
+    assert (done.returncode, done.stdout + done.stderr) == (0, "")
+
+
+@needs("debian-verilator")  # 5.006 in Debian 12
+@pytest.mark.parametrize(
+    ("name", "top"),
+    [
+        pytest.param(name, top, marks=() if name in DEBIAN_QUICK else pytest.mark.full)
+        for name, top in [*OTHER_LISTS, ("asip/asip.f", "asip")]
+    ],
+)
+def test_list_compiles_alone_in_the_verilator_of_debian(name, top, monkeypatch):
+    for variable in ("VERILATOR_ROOT", "VERILATOR_BIN"):
+        monkeypatch.delenv(variable, raising=False)
+    command = [
+        find("debian-verilator"),
+        "--lint-only",
+        "-Wall",
+        "--top-module",
+        top,
+        "rtl/waivers.vlt",
+    ]
+    done = subprocess.run([*command, "-f", f"rtl/{name}"], cwd=ROOT, capture_output=True, text=True)
     assert (done.returncode, done.stdout + done.stderr) == (0, "")
 
 

@@ -21,6 +21,9 @@ from tests.bench.needs import needs
 ROOT = Path(__file__).resolve().parents[2]
 RTL = sorted((ROOT / "rtl").rglob("*.sv"))
 LISTS = [ROOT / "rtl/asip/asip.f", *sorted((ROOT / "rtl/fpu").glob("*.f"))]
+OTHER_LISTS = sorted(set((ROOT / "rtl").rglob("*.f")) - set(LISTS))
+FRONT_END = {"motion": "motion_front_end", "drive": "drive_front_end", "ethercat": "ethercat_slave"}
+FRONT_END |= {"debug": "debug_asip", "dual": "dual_asip"}
 
 PACKAGE = (
     "package p;\n"
@@ -72,6 +75,7 @@ BAD = (
     Bad("enum-array", "typedef enum logic [1:0] {A, B} e; e [3:0] states;", True),
     Bad("enum-kind", "enum {A, B} s;", True),
     Bad("enum-value", "typedef enum logic [1:0] {A = 0, B = 1} e; e s;", True),
+    Bad("state-constant", "localparam logic [1:0] StIdle = 2'd0;", True),
     Bad("constant-case", in_comb("case (1'b1) a_i[0]: y = 8'd1; default: ; endcase"), True),
     Bad("double-semicolon", "logic y; assign y = a_i[0];;", True),
     Bad("read-memory-file", 'logic [7:0] m[0:3]; initial $readmemh("m.hex", m);'),
@@ -255,12 +259,17 @@ def test_command_line_exits_1_with_file_line_and_cure(tmp_path, capsys):
 
 
 @needs("yosys")
-@pytest.mark.parametrize("path", LISTS, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path",
+    [*LISTS, *(pytest.param(path, marks=pytest.mark.full) for path in OTHER_LISTS)],
+    ids=lambda path: path.stem,
+)
 def test_yosys_elaborates_the_file_list(path, tmp_path):
     names = path.read_text().split()
     for name in names:
         shutil.copy(ROOT / name, tmp_path)
-    done = yosys(tmp_path, path.stem, *(Path(name).name for name in names))
+    top = FRONT_END.get(path.stem, path.stem)
+    done = yosys(tmp_path, top, *(Path(name).name for name in names))
     assert done.returncode == 0, done.stdout + done.stderr
 
 

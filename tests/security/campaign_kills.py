@@ -20,7 +20,7 @@ from pathlib import Path
 
 from asip_asm.project import ROOT
 from sim.goals import Goal, depth, exactly
-from tests.security.test_signals import DEADLINE, members
+from tests.security.test_signals import DEADLINE, members, obey_signals
 
 SIGNALS = ("SIGTERM", "SIGINT", "SIGHUP", "SIGKILL")
 KILLS = 100
@@ -73,7 +73,7 @@ def start(words: Sequence[str], output: Path) -> subprocess.Popen[bytes]:
     environment = {k: v for k, v in os.environ.items() if k not in ("MAKEFLAGS", "MAKELEVEL")}
     command = ["make", *words, *([f"OUTPUT={output}"] if words[0] == "run" else [])]
     return subprocess.Popen(
-        command, cwd=ROOT, env=environment, start_new_session=True,
+        command, cwd=ROOT, env=environment, start_new_session=True, preexec_fn=obey_signals,
         stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     )  # fmt: skip
 

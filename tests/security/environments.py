@@ -23,7 +23,7 @@ from pathlib import Path
 
 from asip_asm.project import ROOT
 
-DEADLINE = 600.0  # s, against a hang
+DEADLINE = 1800.0  # s, against a hang
 NOWHERE = "http://127.0.0.1:9/simple"
 PROBE = """\
 include Makefile
@@ -33,6 +33,8 @@ probe: $(READY)
 	@$(PY) -m sim.asip_run --iss "$(OUTPUT)/square.json" --set x=3 > "$(OUTPUT)/run.txt"
 	@$(PY) -m sim.run "$(GCODE)" --robot "$(ROBOT)" --plan-only > "$(OUTPUT)/plan.txt"
 """
+OF_PIP = ("PIP_INDEX_URL", "PIP_FIND_LINKS", "PIP_CERT", "PIP_PROXY", "HTTPS_PROXY")
+"""Where packages come from."""
 OF_THE_PLACE = ("checksum", "sources", "simulation")
 SQUARE = '.program "µ"\n.input x\n.output F, safe = 0.0\n fmul y, x, x\n mov F, y\n halt\n'
 # In place of the real project: one package, and a build tool of its own.
@@ -80,6 +82,8 @@ class Environment:
     folder: name of the checkout's folder, "" for the checkout itself. before: shell commands.
     confined: read-only folders ("checkout", "home"), "network" for none. set_up, job: a text of
     the cure that the command must say; "" if it must work. whole_job: the same of the main job.
+    new_venv: the set-up makes the virtual environment also in the quick form, and the main job runs
+    in one with every package of the lock, which needs the network.
     """
 
     name: str
@@ -91,6 +95,7 @@ class Environment:
     set_up: str = ""
     job: str = ""
     whole_job: str = ""
+    new_venv: bool = False
 
     def cure(self, whole: bool) -> str:
         """The cure that a job must say, the main job if `whole`."""
@@ -143,6 +148,25 @@ def own_home(place: Place) -> dict[str, str]:
 def own_cache(place: Place) -> dict[str, str]:
     """A cache in the folder that `confined` makes read-only."""
     return {"XDG_CACHE_HOME": str(place.home)}
+
+
+def other_pythons() -> dict[str, str]:
+    """Version -> interpreter of those on PATH, or of pyenv."""
+    root = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv"))
+    found = {}
+    for version in ("3.12", "3.13"):
+        places = [shutil.which(f"python{version}"), *root.glob(f"versions/{version}.*/bin/python3")]
+        works = [str(each) for each in places if each and runs(Path(each), version)]
+        if works:
+            found[version] = works[0]
+    return found
+
+
+def runs(python: Path, version: str) -> bool:
+    """Whether an interpreter is of this version: a shim of pyenv may lead nowhere."""
+    text = "import sys; print('%d.%d' % sys.version_info[:2])"
+    done = subprocess.run([python, "-I", "-c", text], capture_output=True, text=True)
+    return done.stdout.strip() == version
 
 
 # Without an index, nothing but the package of the small project can be found.
@@ -206,6 +230,10 @@ TABLE = [
         whole_job="make it writable",
     ),
     Environment("no network after set-up", confined=("network",)),
+    *(
+        Environment(f"Python {version}", {"PYTHON": python}, new_venv=True)
+        for version, python in other_pythons().items()
+    ),
 ]  # fmt: skip
 PLAIN = TABLE[0]
 
@@ -268,7 +296,7 @@ def set_up(folder: Path, what: Environment, fresh: bool) -> str:
     place, changes, base = start(folder, what)
     checkout = folder / (what.folder or "checkout")
     (checkout / "scripts").mkdir(parents=True)
-    if not fresh:
+    if not (fresh or what.new_venv):
         empty = folder.parent / "empty"
         if not empty.exists():
             venv.create(empty, symlinks=True)
@@ -318,13 +346,14 @@ def tracked() -> list[str]:
     return [name for name in os.fsdecode(listed.stdout).split("\0") if name]
 
 
-def copied(target: Path) -> Path:
-    """A copy of the checkout, with a link to its environment."""
+def copied(target: Path, link: bool = True) -> Path:
+    """A copy of the checkout, with a link to its environment or without one."""
     for name in tracked():
         if (ROOT / name).is_file():
             (target / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(ROOT / name, target / name)
-    (target / ".venv").symlink_to(ROOT / ".venv")
+    if link:
+        (target / ".venv").symlink_to(ROOT / ".venv")
     return target
 
 
@@ -335,6 +364,9 @@ def job(folder: Path, what: Environment, whole: bool) -> tuple[str, dict[str, st
     """
     place, changes, base = start(folder, what)
     checkout = copied(folder / what.folder) if what.folder else ROOT
+    if whole and what.new_venv:
+        checkout = copied(folder / "checkout", link=False)
+        base |= {name: text for name, text in os.environ.items() if name in OF_PIP}
     output = folder.parent / "the outputs"  # images name the files that they are made of
     shutil.rmtree(output, ignore_errors=True)
     output.mkdir()

@@ -17,7 +17,7 @@ from asip_asm.project import ROOT
 from sim import processes
 from sim.fpbench import campaign
 from sim.fpbench.native import BenchError
-from tests.security.test_signals import members
+from tests.security.test_signals import members, obey_signals
 
 DEADLINE = 30.0  # s, against a hang
 LISTENS = "0A"  # state in the kernel's table
@@ -87,6 +87,7 @@ def test_killed_job__leaves_no_worker(name, tmp_path):
     job = subprocess.Popen(
         [sys.executable, script], cwd=ROOT, env=os.environ | {"PYTHONPATH": str(ROOT)},
         stdout=subprocess.PIPE, start_new_session=True, text=True, stderr=subprocess.DEVNULL,
+        preexec_fn=obey_signals,
     )  # fmt: skip
     try:
         assert job.stdout is not None and job.stdout.readline() == "1 2\n"

@@ -30,6 +30,12 @@ def members(session: int) -> list[str]:
     return found
 
 
+def obey_signals() -> None:
+    """As in a terminal: a campaign in the background, or under nohup, ignores INT or HUP."""
+    for name in ("SIGINT", "SIGHUP", "SIGTERM"):
+        signal.signal(getattr(signal, name), signal.SIG_DFL)
+
+
 @pytest.mark.parametrize("name", ["SIGTERM", "SIGINT", "SIGHUP"])
 def test_make_run__ends_with_its_workers(name, tmp_path):
     """TERM goes to make alone. INT and HUP come from a terminal, which sends them to all its
@@ -38,6 +44,7 @@ def test_make_run__ends_with_its_workers(name, tmp_path):
     environment = {k: v for k, v in os.environ.items() if k not in ("MAKEFLAGS", "MAKELEVEL")}
     job = subprocess.Popen(
         ["make", "run", f"OUTPUT={tmp_path}"], cwd=ROOT, env=environment, start_new_session=True,
+        preexec_fn=obey_signals,
         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     )  # fmt: skip
     end = time.monotonic() + DEADLINE

@@ -10,6 +10,7 @@ const { DebugClient } = require("@vscode/debugadapter-testsupport");
 const [adapter, leg, endless, loop, core] = process.argv.slice(2);
 const TIMEOUT = 120000; // a guard against a hang
 const INPUTS = { x: 0.3, y: 0.1, z: 0.2, l: 0.45 };
+const LINE_11 = { path: leg, line: 11 };
 const FAULT = { ...INPUTS, z: 0.7 };
 const THREAD = { threadId: 1 };
 
@@ -56,7 +57,7 @@ const CHECKS = {
     dc.hitBreakpoint(launchOf(leg), { path: leg, line: 16 }),
 
   "hitBreakpoint: one at a line without code moves to the next line with code": (dc) =>
-    dc.hitBreakpoint(launchOf(leg), { path: leg, line: 2 }, { line: 11 }, { line: 11 }),
+    dc.hitBreakpoint(launchOf(leg), { path: leg, line: 2 }, LINE_11, LINE_11),
 
   "setBreakpoints: a line beyond the end of the source is not verified": async (dc) => {
     const stopped = await launched(dc, launchOf(leg), async () => {

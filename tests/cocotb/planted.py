@@ -1,0 +1,227 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Planted faults of arithmetic, custom instructions and core that the cocotb tests alone find.
+
+The faults are those of tests/mutants and of faults.toml here. Those that are expressions are built
+into one model, where a plusarg selects one; the others get a build each. The tests
+of the module that should find a fault run until the first one fails. Verdicts are cached by what
+they depend on in build/cocotb/planted.json.
+
+    .venv/bin/python -m tests.cocotb.planted              all faults, then what was not found
+    .venv/bin/python -m tests.cocotb.planted asip 3-fp_add  faults whose name contains a word
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import shutil
+import sys
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+
+from asip_asm.files import write_text
+from asip_asm.project import BUILD
+from sim.cocotb import golden
+from sim.cocotb.runner import Simulation, outcomes
+from sim.goals import Goal, at_least, exactly, not_measured
+from sim.harness import runtime
+from sim.harness.sources import sources_of
+from tests.bench import faults as table
+from tests.bench.faults import BY_MACRO, BY_NUMBER, RTL, Fault, plant, write_if_changed
+from tests.cocotb import test_asip, test_custom, test_units
+from tests.cocotb.bench import Run
+from tests.mutants import faults as units
+
+OWN = Path(__file__).with_name("faults.toml")
+FOLDER = BUILD / "cocotb/planted"
+REPORT = BUILD / "cocotb/planted.json"
+FINDERS = test_units.RUNS | test_custom.RUNS | test_asip.RUNS
+LEAST = 90  # % of the faults
+JOBS = 1
+
+
+CHOICE = """
+  int chosen;
+  initial if (!$value$plusargs("FAULT=%d", chosen)) chosen = 0;
+"""
+CONSTANT = re.compile(r"^\d+'")
+STATEMENT = re.compile(r"\n| <?= |\bbegin\b|^\s*(\|\||&&|[-+|,=])|[^)\]}\w]$|^(?=.* \? )(?!.* : )")
+
+
+@dataclass(frozen=True)
+class Case:
+    """A fault of a table, and the runs of tests/cocotb, by name, that should find it."""
+
+    name: str
+    fault: Fault
+    runs: tuple[str, ...]
+    table: str
+
+    @property
+    def shared(self) -> bool:
+        """Whether the fault is an expression, so that it can be one of many in a model."""
+        if self.table == "own":
+            return True
+        right, wrong = self.fault.right, self.fault.wrong
+        whole = not STATEMENT.search(right) and not CONSTANT.search(right)
+        return whole and not self.fault.alone and not STATEMENT.search(wrong)
+
+
+def bare(fault: Fault) -> Fault:
+    """The fault without the end of its statement."""
+    texts = {name: getattr(fault, name).strip() for name in ("right", "wrong")}
+    if all(text.endswith(";") for text in texts.values()):
+        texts = {name: text[:-1].rstrip() for name, text in texts.items()}
+        return replace(fault, place=fault.place or fault.right, **texts)
+    return fault
+
+
+@cache
+def cases() -> tuple[Case, ...]:
+    """All faults, those of the arithmetic units first. Raises TableError."""
+    found = []
+    for fault in units.load():
+        found.append(Case(f"units-{fault}", bare(fault), (fault.unit,), "units"))
+    for fault in table.load(OWN):
+        if unknown := set(fault.found) - FINDERS.keys():
+            raise fault.error(f"found: no run {', '.join(unknown)}; there are {', '.join(FINDERS)}")
+        found.append(Case(f"own-{fault}", bare(fault), fault.found, "own"))
+    return tuple(found)
+
+
+def write_copies() -> None:
+    """The files with all expressions that are faults, and for the others with a macro each."""
+    files = {(case.table, case.fault.file) for case in cases()}
+    for name, file in files:
+        mine = [c for c in cases() if (c.table, c.fault.file) == (name, file)]
+        text = (RTL / file).read_text()
+        shared = plant(text, [c.fault for c in mine if c.shared], BY_NUMBER)
+        head, ports, body = shared.partition("\n);\n")
+        write_if_changed(copy_of(name, "shared", file), head + ports + CHOICE + body)
+        alone = plant(text, [c.fault for c in mine if not c.shared], BY_MACRO)
+        write_if_changed(copy_of(name, "alone", file), alone)
+
+
+def copy_of(name: str, kind: str, file: str) -> Path:
+    """Where a copy is."""
+    return FOLDER / name / kind / file
+
+
+def sources(case: Case, run: Run) -> list[Path]:
+    """Files of the run's module: copies for those with faults, or for the one with the fault."""
+    paths = []
+    for path in sources_of(run.top):
+        file = str(path.relative_to(RTL))
+        if case.shared:
+            wanted = any(
+                c.shared and (c.table, c.fault.file) == (case.table, file) for c in cases()
+            )
+        else:
+            wanted = file == case.fault.file
+        paths.append(copy_of(case.table, "shared" if case.shared else "alone", file)
+                     if wanted else path)  # fmt: skip
+    return paths
+
+
+def fingerprint(case: Case) -> str:
+    """Hash of all that the verdict depends on."""
+    digest = hashlib.sha256(repr((case, runtime.toolchain())).encode())
+    for run in (FINDERS[name] for name in case.runs):
+        digest.update(repr((run.parameters, run.only)).encode())
+        names = {getattr(value, "__module__", "") or "" for value in vars(run.bench).values()}
+        drivers = [sys.modules[name] for name in sorted(names) if name.startswith("sim.cocotb.")]
+        files = [Path(module.__file__) for module in (run.bench, golden, *drivers)]
+        for path in (*files, *sources_of(run.top)):
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def finder(case: Case) -> str:
+    """Name of the first test that fails with the fault; empty if all pass."""
+    return next(filter(None, (finder_in(case, name) for name in case.runs)), "")
+
+
+def finder_in(case: Case, name: str) -> str:
+    """The same in one run."""
+    run, folder = FINDERS[name], FOLDER / case.name
+    flags = () if case.shared else (f"-D{case.fault.macro}",)
+    simulation = Simulation(run.top, sources(case, run), folder, run.parameters, flags)
+    plusargs = [f"+FAULT={case.fault.number}"]
+    try:
+        results = run.start(simulation, plusargs, COCOTB_MAX_FAILURES="1")
+        bad = [f"{name} {test}" for test, why in outcomes(results).items() if why]
+    except AssertionError:  # An assertion of the RTL ended the simulation.
+        bad = [f"{name}: an assertion in the RTL"]
+    if not case.shared:
+        shutil.rmtree(simulation.build_folder, ignore_errors=True)
+    shutil.rmtree(folder, ignore_errors=True)
+    return bad[0] if bad else ""
+
+
+def judged(chosen: Sequence[Case], known: dict[str, dict]) -> Iterator[tuple[Case, dict]]:
+    """Verdicts, the cached ones first."""
+    marks = {case.name: fingerprint(case) for case in chosen}
+    old = [c for c in chosen if known.get(c.name, {}).get("mark") == marks[c.name]]
+    yield from ((case, known[case.name]) for case in old)
+    with ThreadPoolExecutor(JOBS) as pool:
+        tasks = {pool.submit(finder, case): case for case in chosen if case not in old}
+        for task in as_completed(tasks):
+            case = tasks[task]
+            yield case, {"mark": marks[case.name], "by": task.result()}
+
+
+def campaign(words: Sequence[str] = ()) -> dict[str, dict]:
+    """Verdict of each fault by its name; written after each one, so that a stop loses nothing."""
+    write_copies()
+    known = json.loads(REPORT.read_text()) if REPORT.exists() else {}
+    chosen = [c for c in cases() if not words or any(word in c.name for word in words)]
+    found = {}
+    for case, verdict in judged(chosen, known):
+        known[case.name] = found[case.name] = verdict
+        print(f"{case.name}: {verdict['by'] or 'NOT FOUND: ' + case.fault.breaks}", flush=True)
+        REPORT.parent.mkdir(parents=True, exist_ok=True)
+        write_text(REPORT, json.dumps(known, indent=1) + "\n")
+    return found
+
+
+def unsound() -> list[str]:
+    """Tests that fail in the models of many faults although no fault was selected."""
+    bad = []
+    for name, run in FINDERS.items():
+        case = next((c for c in cases() if c.shared and name in c.runs), None)
+        if case:
+            folder = FOLDER / f"control-{name}"
+            simulation = Simulation(run.top, sources(case, run), folder, run.parameters)
+            found = outcomes(run.start(simulation))
+            bad += [f"{name} {test}" for test, why in found.items() if why]
+    return bad
+
+
+def rows(full: bool) -> Iterator[Goal]:
+    """The goals."""
+    name = "planted faults found by cocotb tests alone"
+    if not full:
+        yield not_measured(name, f">= {LEAST}", "%", "make goals T=hardware RUN=full")
+        return
+    verdicts = campaign()
+    lost = [name for name, verdict in verdicts.items() if not verdict["by"]]
+    share = 100 * (1 - len(lost) / len(verdicts))
+    yield at_least(name, share, LEAST, "%", ", ".join(lost))
+    bad = unsound()
+    name = "cocotb tests that fail in those models without a fault"
+    yield exactly(name, len(bad), 0, "tests", ", ".join(bad))
+
+
+def main(words: Sequence[str]) -> int:
+    """Command line; exit 1 if a fault is not found."""
+    verdicts = campaign(words)
+    print(f"{sum(bool(v['by']) for v in verdicts.values())} of {len(verdicts)} found")
+    return int(any(not v["by"] for v in verdicts.values()))
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
