@@ -70,15 +70,15 @@ def compile_law(
     if options.reciprocal:
         real = simplify(share_divisors(real))
     _check_operations(real, law, machine, options)
+
+    def cycles(form: Graph) -> int:
+        return trial_cycles(SumBuilder(form, machine, options.reassociate).run(), machine)
+
     if options.sine == "balanced":
-
-        def cycles(form: Graph) -> int:
-            fastest = SumBuilder(form, machine, options.reassociate).run()
-            return trial_cycles(fastest, machine)
-
         real = balance(real, law, cycles)
     elif options.sine == "pipes":
-        real = replace_sines(real, angles(real, law))
+        known = angles(real, law)
+        real = min((replace_sines(real, known, way) for way in (False, True)), key=cycles)
     graph = choose_sums(real, machine, options)
     return Compiled(law, options, graph, emit(graph, law, options.constants))
 
