@@ -142,7 +142,11 @@ def run(
     options = parser.parse_args(arguments)
 
     def body() -> int:
-        files = generate(options.source) if source else generate()
+        try:
+            files = generate(options.source) if source else generate()
+        except ValueError as error:
+            print(error, file=sys.stderr)  # it names its place in the source
+            return 1
         return deliver(files, options.root, options.check, script)
 
-    return run_command(script, body, ValueError)
+    return run_command(script, body)

@@ -46,6 +46,7 @@ NOT_RUN = {
     "make nios-toolchain": "builds a cross compiler",
     "make nios-sw": "needs the cross compiler",
     "make side-by-side": "needs the cross compiler, tests/model_compiler/test_side_by_side.py",
+    ".venv/bin/python -m tests.conformance": "minutes, and tools: tests/conformance",
     "nios": "needs the cross compiler or a model that takes minutes to build",
     ".venv/bin/python scripts/synth_unit.py": "needs Yosys, minutes",
     ".venv/bin/python -m sim.motion.show": "minutes",
