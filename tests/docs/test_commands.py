@@ -47,6 +47,8 @@ NOT_RUN = {
     "make nios-sw": "needs the cross compiler",
     "make side-by-side": "needs the cross compiler, tests/model_compiler/test_side_by_side.py",
     ".venv/bin/python -m tests.conformance": "minutes, and tools: tests/conformance",
+    ".venv/bin/python -m tests.cocotb": "minutes: runs the cocotb tests, tests/cocotb",
+    ".venv/bin/python -m scripts.code_coverage": "an hour: runs all suites, tests/cocotb",
     "nios": "needs the cross compiler or a model that takes minutes to build",
     ".venv/bin/python scripts/synth_unit.py": "needs Yosys, minutes",
     ".venv/bin/python -m sim.motion.show": "minutes",
