@@ -13,11 +13,11 @@ import subprocess
 import sys
 from pathlib import Path
 
-from quartus_report import FOLDER, RESULT, ROOT
-from quartus_report import main as store_figures
 from rich.console import Console
 
 from asip_asm.command import command
+from scripts.quartus_report import FOLDER, RESULT, ROOT
+from scripts.quartus_report import main as store_figures
 
 TOOL = "quartus_sh"
 SCRIPT = Path("scripts/quartus/build.tcl")

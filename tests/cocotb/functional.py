@@ -13,6 +13,7 @@ import subprocess
 import sys
 from collections.abc import Iterator, Sequence
 
+from asip_asm.command import script_parser
 from asip_asm.isa import default_isa
 from asip_asm.project import ROOT
 from sim.cocotb import bins
@@ -115,9 +116,11 @@ def rows(full: bool) -> Iterator[Goal]:
     yield at_least(name, share if not wrong else 0, 100, "%", note)
 
 
-def main(words: Sequence[str]) -> int:
+def main(words: Sequence[str] | None = None) -> int:
     """Command line; exit 1 if a bin is open, or one that is explained was hit."""
-    if list(words) != ["report"]:
+    parser = script_parser(__doc__, "python -m tests.cocotb.functional")
+    parser.add_argument("what", nargs="?", choices=("run", "report"), default="run")
+    if parser.parse_args(words).what == "run":
         run()
     seen, left, wrong = report()
     for name in sorted(left):
@@ -129,4 +132,4 @@ def main(words: Sequence[str]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(main())

@@ -23,6 +23,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
+from asip_asm.command import script_parser
 from asip_asm.files import write_text
 from asip_asm.project import BUILD
 from sim.cocotb import golden
@@ -216,12 +217,14 @@ def rows(full: bool) -> Iterator[Goal]:
     yield exactly(name, len(bad), 0, "tests", ", ".join(bad))
 
 
-def main(words: Sequence[str]) -> int:
+def main(words: Sequence[str] | None = None) -> int:
     """Command line; exit 1 if a fault is not found."""
-    verdicts = campaign(words)
+    parser = script_parser(__doc__, "python -m tests.cocotb.planted asip fp_add")
+    parser.add_argument("words", nargs="*", help="faults whose name contains one of them; all")
+    verdicts = campaign(parser.parse_args(words).words)
     print(f"{sum(bool(v['by']) for v in verdicts.values())} of {len(verdicts)} found")
     return int(any(not v["by"] for v in verdicts.values()))
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(main())

@@ -167,7 +167,8 @@ def python_of(command: Command) -> tuple[str, list[str]] | None:
     if name == "pytest" or words[1:3] == ["-m", "pytest"]:
         return None
     if name == "python" and words[1:2] == ["-m"]:
-        return words[2], words[3:]
+        # Of the wheel, which has the packages of the checkout below `microtick`.
+        return words[2].removeprefix("microtick."), words[3:]
     return (words[1], words[2:]) if name == "python" and len(words) > 1 else None
 
 

@@ -170,9 +170,10 @@ def test_rtl__one_record_a_thousandth_faster__is_seen(monkeypatch):
     made: list[str] = []
 
     def faster(self, flags, ticks, velocity, slope, jerk):
-        made.append(self.name)
+        if ticks > 100:  # a thousandth of a shorter one may be no step
+            made.append(self.name)
         right = record(self, flags, ticks, velocity, slope, jerk)
-        if self.name == "leg 2" and made.count("leg 2") == 40:
+        if self.name == "leg 2" and ticks > 100 and made.count("leg 2") == 40:
             return replace(right, velocity=right.velocity + (1 << 52))
         return right
 
