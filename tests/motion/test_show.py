@@ -54,7 +54,7 @@ def test_output_that_is_a_file__error_and_exit_code_1(tmp_path, capsys):
     file = tmp_path / "taken"
     file.write_text("")
     assert show.main(["--no-rtl", "--no-robot", "--output", str(file)]) == 1
-    assert "error: " in capsys.readouterr().out
+    assert "error: " in capsys.readouterr().err
 
 
 def test_figure_module_of_another_form__refused_by_name():
