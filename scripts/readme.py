@@ -116,8 +116,8 @@ def kept(data: dict[str, Any]) -> dict[str, Any]:
         clock = {name: top["fmax_mhz"][name] for name in ("median", "min", "max")}
         clock["runs"] = len(top["fmax_mhz"]["seeds"])
         tops[core] = {name: top[name] for name in names} | {"fmax_mhz": clock}
-        if top["critical_path"]:
-            tops[core]["longest_path"] = longest(top["critical_path"])
+        if path := top.get("critical_path"):
+            tops[core]["longest_path"] = longest(path)
     ordered = {core: tops[core] for core in CORES if core in tops}
     return {"measured": data["measured"], "tops": ordered}
 

@@ -5,6 +5,6 @@ from tests.cocotb import drive_tb, motion_tb, nios_tb
 from tests.cocotb.bench import Run, one_test_each
 
 test_scenario = one_test_each(
-    {f"fpga{n}": Run("n2_system", nios_tb, f"^fpga{n}__", {"Platform": n}) for n in (1, 2)}
+    {f"n2_system-{n}": Run("n2_system", nios_tb, f"^fpga{n}__", {"Platform": n}) for n in (1, 2)}
     | {"motion": Run("motion_front_end", motion_tb), "drive": Run("drive_front_end", drive_tb)}
 )

@@ -40,7 +40,7 @@ ENTRIES = tuple(dict.fromkeys(f.name for f in (*fields(Robot), *fields(Drives)))
 SMALL = {
     **{"x_max": 0.004, "y_max": 0.004, "z_min": 0.597, "z_max": 0.603},
     **{"tilt_min": -0.02, "tilt_max": 0.02, "rotation_min": -0.02, "rotation_max": 0.02},
-    **{"v_max_tool": 0.05, "v_max_leg": 0.042, "a_max_leg": 3.5, "j_max_leg": 820.0},
+    **{"v_max_tool": 0.05, "v_max_leg": 0.042, "a_max_leg": 3.5, "j_max_leg": 700.0},
     **{"v_max_table": 0.3, "a_max_table": 1.0, "j_max_table": 200.0, "friction_speed_table": 0.01},
 }
 BOUNDS = {  # the share of a bound of the workspace that makes it narrower, by less than it is wide

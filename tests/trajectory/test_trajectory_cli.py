@@ -60,7 +60,7 @@ def test_output_file__pipe_or_input__refused(program, tmp_path, capsys, command,
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     assert command([str(program), option, str(pipe)]) == 1
-    assert "pipe: error: is a pipe that nothing reads" in capsys.readouterr().err
+    assert "pipe: is a pipe that nothing reads" in capsys.readouterr().err
     text = program.read_text()
     assert command([str(program), option, str(program)]) == 1
     assert "would overwrite the input" in capsys.readouterr().err
