@@ -295,6 +295,8 @@ def stops(order: Order, report: Report) -> Iterator[Goal]:
     ratio = max(stop.ratio for stop in found)
     about = "highest speed after a stop over the measured speed at it, noise aside"
     yield at_most(about, round(ratio, 4), 1, "1")
+    about = "stops longer than v^2/2a and a tick"
+    yield at_most(about, sum(stop.distance > stop.shortest for stop in found), 0, "stops")
     about = "stops longer than v^2/2a, a tick and the lag of the law's loop"
     yield at_most(about, sum(stop.too_far for stop in found), 0, "stops")
 

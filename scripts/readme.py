@@ -107,8 +107,10 @@ def longest(steps: Sequence[str]) -> dict[str, Any]:
 
 
 def kept(data: dict[str, Any]) -> dict[str, Any]:
-    """What is kept of build/synth.json: the cores, without each seed's figure, and of the longest
-    path its ends and times."""
+    """The part of build/synth.json that is committed.
+
+    The cores, without the figure of each seed; the ends and times of the longest path.
+    """
     names = ("aluts", "registers", "dsp_18x18", "memory_bits", "modules", "commit")
     tops = json.loads(KEPT.read_text(encoding="utf-8"))["tops"] if KEPT.is_file() else {}
     for core in CORES & data["tops"].keys():

@@ -16,7 +16,7 @@ _AXIS = "the axes are X Y Z A C"
 # (codes, what they are, why or what instead)
 _TABLE = (
     ("G5.4 G6.2", "a NURBS of another control", "write it with G5.2 and G5.3"),
-    ("G9", "an exact stop in one block", "write G61 before and G64 behind it"),
+    ("G9", "an exact stop in one block", "write G61 before it and G64 after it"),
     ("G11", "the end of data input", "remove it; G10 acts in its block only"),
     ("G12 G13", "a circular pocket", "write the circles with G2 or G3"),
     ("G12.1 G13.1 G7.1 G107", "interpolation on a cylinder or face", "write the moves with A or C"),

@@ -25,8 +25,8 @@ LONGEST_CELL = 0.02  # of a line [m]; the directions to the legs change by some 
 Line = tuple[FloatArray, FloatArray, FloatArray]
 """Lengths, greatest speeds and accelerations (n,) of lines next to corners."""
 Limits = tuple[float, float]
-# Of the time with stops at the next corners, where that alone is against the blend: found on the
-# paths of paths.py, on which greater and smaller weights are slower.
+# Weight of the time with stops at the next corners, where it is against the blend. Greater and
+# smaller weights are slower on the paths of paths.py.
 WEIGHT = 2.0
 # Share of the greatest acceleration of a turn, because the limits change along the lines.
 CAUTION = 0.99
@@ -77,21 +77,21 @@ def blend_gains(
 ) -> FloatArray:
     """Time (n,) of blends of a length and speed, less that of stops [s].
 
-    distance: from the corner to their ends. Two times count: `alone`, with stops at the next ones,
-    and `alike`, with the next corners passed in the same way. A blend that gains alone is taken.
+    distance: from the corner to their ends. Two times count: `single`, with stops at the next
+    corners, and `chained`, with blends there too. A blend that gains as a single one is taken.
     """
-    alike, alone = arc / speed, arc / speed
+    chained, single = arc / speed, arc / speed
     for length, greatest, acceleration in lines:
         zero = np.zeros(len(length))
         stops = run_time(length, zero, greatest, acceleration, window) / 2
         left = length - 2 * distance - speed * window
-        alike = alike + run_time(left, speed, greatest, acceleration, window) / 2 - stops
+        chained = chained + run_time(left, speed, greatest, acceleration, window) / 2 - stops
         gain, half = speed / acceleration, acceleration * window / 2
         peak = np.sqrt(half**2 + acceleration * length) - half
         price = np.where(peak < greatest, 1.0 / (peak + half), 1.0 / greatest)  # s of a metre more
         saved = distance + speed * window / 2 - speed * gain / 2
-        alone = alone - gain - saved * np.minimum(price, 1.0 / speed)
-    return np.where(alone < 0.0, alone, alike + WEIGHT * alone)
+        single = single - gain - saved * np.minimum(price, 1.0 / speed)
+    return np.where(single < 0.0, single, chained + WEIGHT * single)
 
 
 def turn_gain(acceleration: float, lines: tuple[Limits, Limits], window: float) -> float:

@@ -129,6 +129,11 @@ TOOLS: dict[str, tuple[str, Callable[[], Any], str]] = {
         lambda: toolchain("nios2-elf-gdb"),
         "make nios-toolchain",
     ),
+    "npm": (
+        "running VS Code's test client of debug adapters",
+        lambda: shutil.which("node") and shutil.which("npm"),
+        "install Node.js 18 or later",
+    ),
     "qemu": (
         "reference of the Nios II core",
         find_qemu,

@@ -18,6 +18,7 @@ import sys
 import tomllib
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,7 @@ RESULTS = FOLDER / "gdb.json"
 TABLE = Path(__file__).with_name("gdb_suite.toml")
 SYSTEM = "fpga2"
 RUNNING = re.compile(r"^Running \S*/(gdb\.\w+/\S+\.exp) \.\.\.")
+STALE = "no failure matches:"
 RESULT = re.compile(r"^([A-Z]+): (?:gdb\.\w+/\S+\.exp: )?(.*)$")
 
 
@@ -55,11 +57,15 @@ def judge(lines: Sequence[str]) -> list[dict[str, Any]]:
 
 
 def explain(row: dict[str, Any], expected: Mapping[str, Mapping[str, str]]) -> dict[str, Any]:
-    """The row with its failures divided into those that the table explains, and the others."""
-    keys = expected.get(Path(row["file"]).name, {})
-    failures = [*row["explained"], *row["failed"]]
-    known = [text for text in failures if any(key in text for key in keys)]
-    return row | {"explained": known, "failed": [t for t in failures if t not in known]}
+    """The row with its failures divided into those that the table explains, and the others.
+
+    A pattern of the table that matches no failure is one of the others.
+    """
+    patterns = expected.get(Path(row["file"]).name, {})
+    failures = [*row["explained"], *(t for t in row["failed"] if not t.startswith(STALE))]
+    known = [text for text in failures if any(fnmatchcase(text, key) for key in patterns)]
+    stale = [f"{STALE} {key}" for key in patterns if not any(fnmatchcase(t, key) for t in known)]
+    return row | {"explained": known, "failed": [*(t for t in failures if t not in known), *stale]}
 
 
 def measure(files: Sequence[str]) -> list[dict[str, Any]]:

@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import shutil
-
 import pytest
 
 from tests.bench.needs import needs
@@ -46,9 +44,14 @@ def test_gdb_summary__a_failure_needs_a_reason():
         "Running /x/gdb.base/b.exp ...",
         "FAIL: gdb.base/b.exp: mode=1: two",
     ]
-    rows = [gdb_suite.explain(row, {"a.exp": {"mode=1": "why"}}) for row in gdb_suite.judge(lines)]
+    rows = [
+        gdb_suite.explain(row, {"a.exp": {"mode=1: *": "why", "mode=2: *": "why"}})
+        for row in gdb_suite.judge(lines)
+    ]
     assert [row["counts"] for row in rows] == [{"PASS": 1, "FAIL": 1}, {"FAIL": 1}]
-    assert [row["failed"] for row in rows] == [[], ["mode=1: two"]]
+    assert [row["failed"] for row in rows] == [["no failure matches: mode=2: *"], ["mode=1: two"]]
+    again = gdb_suite.explain(rows[0], {"a.exp": {"mode=1: two": "why"}})
+    assert (again["explained"], again["failed"]) == (["mode=1: two"], [])
     assert rows[0]["explained"] == ["mode=1: two"]
 
 
@@ -70,7 +73,7 @@ def test_page__has_a_row_for_each_file():
 
 
 @pytest.mark.full
-@pytest.mark.skipif(shutil.which("npm") is None, reason="npm is missing")
+@needs("npm")
 def test_debug_adapter_under_the_test_client_of_vs_code():
     found = dap_sessions.measure(full=True)
     failed = [check for checks in found.values() for check in checks if not check["passed"]]

@@ -109,6 +109,7 @@ class Stop:
     before: float  # the measured speed at the stop
     highest: float  # after it
     distance: float
+    shortest: float  # braking from `before`, and a tick
     longest: float  # by the speed that the pass saw: braking, a tick, the loop's lag, an increment
 
     @property
@@ -184,6 +185,7 @@ def situation(seed: int) -> Stop:
         before=before,
         highest=max(map(abs, speeds)),
         distance=distance,
+        shortest=before**2 / (2 * min(ramp, mass.force)) + before * TICK,
         longest=start**2 / (2 * min(ramp, mass.force)) + start * TICK + mass.lag(start) + 1,
     )
 

@@ -214,7 +214,7 @@ def test_states_and_frames_without_a_pause__no_pass_is_late(tmp_path):
         slow = download(0x607F + 0x800 * axis, 0, struct.pack("<I", SLOW))
         bench.ask(slow, 139_000)
     here = next(bench.path)
-    for path, frames in (((here + 40, here - 40), 60), ((here,), 60)):  # it stands at the end
+    for path, frames in (((here + 40, here - 40), 60), ((here,), 60)):  # it rests at the end
         bench.path = itertools.cycle(path)
         for _ in range(frames):
             bench.exchange(FRAME_NS)

@@ -226,7 +226,7 @@ REFUSED = {
     "subroutine that is a subprogram": "o100 call\nM2\no100\nG0 X1\nM99",
     "return from a subprogram": "M98 P100\nM2\no100\no100 return\nM99",
     "block delete inside": "G0 X1 /Y2",
-    "block delete behind a number": "N10 /G0 X1",
+    "block delete after a number": "N10 /G0 X1",
     "two points in a number": "G0 X1. 2. 3",
     "rest of a cycle alone": "G82 X1 Z-1 R1 P1 F9\nP2",
 }

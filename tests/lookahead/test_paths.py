@@ -9,13 +9,15 @@ import pytest
 
 from sim.gcode.interpreter import parse
 from sim.lookahead.check import Deviation, demand
-from sim.lookahead.paths import PATHS, TOLERANCES, path_time
+from sim.lookahead.paths import PATHS, TOLERANCES, path_time, walk
 from sim.lookahead.planner import Lookahead
 from sim.lookahead.settings import LookaheadSettings
 from sim.path.turn import Turn
+from tests.bench.seed import SEED
 from tests.lookahead.programs import distance_to_polyline, sampled
 
 SETTINGS = LookaheadSettings()
+FULL = pytest.mark.full
 
 
 def test_paths__are_twenty():
@@ -23,13 +25,25 @@ def test_paths__are_twenty():
 
 
 @pytest.mark.parametrize("name", PATHS)
-@pytest.mark.parametrize(
-    "tolerances", [TOLERANCES[2:5:2], pytest.param(TOLERANCES, marks=pytest.mark.full)]
-)
+@pytest.mark.parametrize("tolerances", [TOLERANCES[2:5:2], pytest.param(TOLERANCES, marks=FULL)])
 def test_paths__rounded_corners__never_take_longer_than_stops(name, tolerances):
     stops = path_time(name, "G61", SETTINGS)
     for tolerance in tolerances:
         assert path_time(name, f"G64 P{tolerance:g}", SETTINGS) <= stops
+
+
+@pytest.mark.parametrize(
+    "seed", [SEED, *(pytest.param(SEED + n, marks=FULL) for n in range(1, 20))]
+)
+def test_paths__random_ones_that_no_weight_was_chosen_on__never_take_longer(monkeypatch, seed):
+    for least, most, table in ((1, 20, False), (0.01, 5, False), (0.05, 0.5, False), (1, 20, True)):
+        what = seed, 40, least, most, table
+        program = walk(*what)
+        monkeypatch.setitem(PATHS, "walk", lambda program=program: program)
+        stops = path_time("walk", "G61", SETTINGS)
+        for tolerance in TOLERANCES[1:6:2]:
+            time = path_time("walk", f"G64 P{tolerance:g}", SETTINGS)
+            assert time <= stops, f"walk{what}, P{tolerance:g}"
 
 
 @pytest.mark.parametrize(
