@@ -52,7 +52,7 @@ def prose(inline: Token) -> str:
     parts = []
     for child in inline.children or []:
         if child.type == "code_inline":
-            parts.append("`" + re.sub(r"\s+", "_", child.content) + "`")
+            parts.append("`code`")
         elif child.type in ("softbreak", "hardbreak"):
             parts.append("\n")
         elif child.type == "text":
