@@ -24,7 +24,7 @@ CURES = {
     r"stands?|stood": "is, or is defined in",
     r"beside": "next to, alongside or compared with",
     r"tells?|told": "reports, prints or states",
-    r"but for": "except",
+    r"but\s+for": "except",
     r"anew": "again",
     r"alike": "the same",
     r"judge[sd]?": "checked",
