@@ -40,10 +40,10 @@ HEAD = """\
 
 A tick costs cycles divided by clock. A register more in a path makes the clock faster, costs
 area, and may cost cycles, so neither column says by itself which version is best. Each row is a
-commit, measured by `{command} --add COMMIT` or `make synth`: area by Yosys for
-Cyclone V (ALUTs, registers, 18x18 elements), clock by nextpnr on ECP5-85 speed grade 8, cycles by
-the commit's own assembler, which agrees with the core to the cycle. A clock is the median over the
-random seeds of placement named behind it; one alone may be some per cent off. The last column is
+commit, measured by `{command} --add COMMIT` or `make synth`. The area comes from Yosys for
+Cyclone V (ALUTs, registers, 18x18 elements), and the clock from nextpnr on ECP5-85 speed grade 8. The
+cycles come from the commit's own assembler, which agrees with the core to the cycle. A clock is the
+median over the placement seeds that follow it; a single seed may be some per cent off. The last column is
 the optimised program's tick in microseconds, cycles divided by clock.
 """
 COLUMNS = [
@@ -57,7 +57,7 @@ clock for area: its folded divider, two digits a clock, sets the clock; with the
 would run faster and be larger.
 
 Registers were added where they cost no cycle between dependent operations: before the issue
-decision, behind the register banks (the bypass covers the stage), and around what ends a run, one
+decision, after the register banks (the bypass covers the stage), and around what ends a run, one
 cycle in all. A register inside the multiply-add pipe costs one cycle per link of the longest chain
 of operations instead, so it pays only while the pipe sets the clock.
 
