@@ -36,9 +36,9 @@ HEAD = """\
 # Latencies, measured
 
 Cycles on the RTL, the same in configurations {configurations} unless one is named. *Latency* comes
-from the machine description of the unit. *Dependent after* is the number of cycles from an operation
-to the first one that can read its result. *Independent after* is the number of cycles to the next
-operation that does not read it. No latency depends on operands.
+from the machine description of the unit. *Dependent after* is the number of cycles from an
+operation to the first one that can read its result. *Independent after* is the number of cycles to
+the next operation that does not read it. No latency depends on operands.
 
 | operations | unit | latency | dependent after | independent after |
 | --- | --- | --- | --- | --- |"""

@@ -2,10 +2,10 @@
 """Write the measured sections of README.md from JSON files, so no figure is typed by hand.
 
 `python scripts/readme.py` replaces the text between the results marks by what build/results.json
-says (of `make run`), if that file exists, and so the figures of docs/index.md. The cores' figures in
-build/synth.json (of `make synth`) are saved in docs/data/synthesis.json, each core with its commit; the text between the synthesis marks
-is written from there, and so are the areas of docs/platforms.md, and table 4 of `make run` on a
-machine that has synthesised nothing.
+says (of `make run`), if that file exists, and so the figures of docs/index.md. The cores' figures
+in build/synth.json (of `make synth`) are saved in docs/data/synthesis.json, each core with its
+commit; the text between the synthesis marks is written from there, and so are the areas of
+docs/platforms.md, and table 4 of `make run` on a machine that has synthesised nothing.
 """
 
 from __future__ import annotations
