@@ -16,6 +16,6 @@ def __getattr__(name: str) -> Any:
     """The public names on first use: parts of this package do not load Verilator for them."""
     if name not in __all__:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    from sim.core import api as core
+    from sim.core import api
 
-    return getattr(core, name)
+    return getattr(api, name)
