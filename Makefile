@@ -90,6 +90,7 @@ lint: $(READY) ## ruff, import rules; Verilator, slang and our subset on the RTL
 	$(VENV)/bin/ruff check -q .
 	$(VENV)/bin/ruff format -q --check .
 	@found=$$($(VENV)/bin/lint-imports --no-logo --no-cache) || { echo "$$found"; exit 1; }
+	@$(PY) -m scripts.lint_rooms
 	@$(PY) scripts/lint_rtl.py
 	@$(PY) scripts/rtl_subset.py
 	@$(PY) scripts/lint_registers.py

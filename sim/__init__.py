@@ -6,10 +6,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from sim.moved import install
+
 if TYPE_CHECKING:
     from sim.core.api import Core, CoreError, CoreFault, Ticks
 
 __all__ = ["Core", "CoreError", "CoreFault", "Ticks"]
+
+install()
 
 
 def __getattr__(name: str) -> Any:
