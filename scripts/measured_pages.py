@@ -10,7 +10,6 @@ docs/own_c_program.md is written by `make nios-sw`, which has the cross compiler
 
 from __future__ import annotations
 
-import argparse
 import json
 import subprocess
 import sys
@@ -20,7 +19,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from asip_asm.command import command
+from asip_asm.command import command, script_parser
 from asip_asm.project import BUILD, ROOT
 
 
@@ -158,10 +157,8 @@ def write(page: Page) -> bool:
 @command("scripts/measured_pages.py")
 def main(arguments: list[str] | None = None) -> int:
     """Command line; returns the exit status, 1 if a writer failed."""
-    parser = argparse.ArgumentParser(
-        description="Write the pages with measured figures.",
-        epilog="example: python scripts/measured_pages.py latency units",
-    )
+    prog = "python scripts/measured_pages.py"
+    parser = script_parser("Write the pages with measured figures.", f"{prog} latency units", prog)
     stems = [Path(page.name).stem for page in PAGES]
     parser.add_argument(
         "pages", nargs="*", metavar="PAGE", help=f"only these: {', '.join(stems)} (all)"

@@ -15,7 +15,7 @@ import re
 import sys
 import tomllib
 import uuid
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
@@ -24,7 +24,7 @@ from packaging.licenses import InvalidLicenseExpression, canonicalize_license_ex
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
-from asip_asm.command import command
+from asip_asm.command import command, command_parser
 from asip_asm.files import write_text
 from asip_asm.project import ROOT
 from scripts.generated import table
@@ -222,8 +222,9 @@ def page(found: Iterable[Package]) -> str:
 
 
 @command("make sbom")
-def main() -> int:
+def main(argv: Sequence[str] | None = None) -> int:
     """Write both files."""
+    command_parser("make sbom", __doc__).parse_args(argv)
     try:
         found = packages()
     except ValueError as error:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from asip_asm.command import command
+from asip_asm.command import command, command_parser
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.isa import IsaError, default_isa
 from asip_asm.project import BUILD, ROOT
@@ -45,6 +45,16 @@ from sim.run.controller import AsipController, ControllerFault
 from sim.run.nios import set_points
 from sim.run.progress import TickProgress
 from sim.trajectory.exact_stop import MotionSettings, WorkspaceError, generate
+
+EPILOG = """\
+examples:
+  python -m sim.dual sim/paths/agh.ngc --ticks 2000 --period 12500
+  python -m sim.dual --short-only
+  python -m sim.dual --docs
+
+Both ends of the path and its corners are repeated with the clocks of a control period from the same
+state. The run stops if any bit of words, commands, counts or positions differs. results.json is
+written during the run; a stopped run records there how far it got."""
 
 SHORT_PERIOD = 512  # clocks: above the work of a period in every configuration
 SAVE_TICKS = 10_000  # between two partial results
@@ -176,15 +186,7 @@ def _so_far(figures: Callable[[], dict[str, Any]], loop: Loop) -> dict[str, Any]
 @command("python -m sim.dual")
 def main(argv: list[str] | None = None) -> int:
     """Command line; returns the exit code."""
-    parser = argparse.ArgumentParser(
-        prog="python -m sim.dual",
-        description=__doc__,
-        epilog="examples: python -m sim.dual sim/paths/agh.ngc --ticks 2000 --period 12500; "
-        "python -m sim.dual --short-only; python -m sim.dual --docs. "
-        "Both ends of the path and its corners are repeated with the clocks of a control period "
-        "from the same state, and the run stops if any bit of words, commands, counts or positions "
-        "differs. results.json is written as it goes; a stopped run says there how far it got.",
-    )
+    parser = command_parser("python -m sim.dual", __doc__, EPILOG)
     parser.add_argument(
         "gcode", type=Path, nargs="?", default=ROOT / "sim/paths/agh.ngc", help="path (RS-274)"
     )

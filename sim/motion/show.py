@@ -21,7 +21,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from asip_asm.command import command
+from asip_asm.command import command, command_parser
 from asip_asm.files import write_text
 from sim.command import add_robot_option, interruptible
 from sim.drive import figures as drive_figures
@@ -226,11 +226,8 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
 @command("python -m sim.motion.show")
 def main(argv: list[str] | None = None) -> int:
     """Command line; returns the exit code."""
-    parser = argparse.ArgumentParser(
-        prog="python -m sim.motion.show",
-        description=__doc__,
-        epilog="example: python -m sim.motion.show --no-rtl --output build/motion",
-    )
+    example = "example: python -m sim.motion.show --no-rtl --output build/motion"
+    parser = command_parser("python -m sim.motion.show", __doc__, example)
     parser.add_argument(
         "--output", type=Path, default=ROOT / "build/motion", help="folder of everything written"
     )
