@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Producers of the rows of `make bus`: each measures one thing and gives its rows."""
+"""Producers of the rows of `microtick bus`: each measures one thing and gives its rows."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ ROBOT = ["sim/robot.toml", "sim/model/*.py", "sim/run/*.py", "sim/core*.py", "si
 ROBOT += ["sim/gcode/**/*.py", "sim/trajectory/*.py", "asip_asm/*.py", "asip_asm/*.toml"]
 ROBOT += ["asip_asm/programs/tracking*", "sim/harness/asip_harness.cpp"]
 HOURS = 12 * 3600
-FULL = "make bus RUN=full"
+FULL = "microtick bus --full"
 
 Report = Callable[[str], None]
 

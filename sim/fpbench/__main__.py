@@ -171,7 +171,9 @@ def run_campaign(arguments: argparse.Namespace) -> int:
         return 130
     summary = report.collect(plan.sections(size))
     path = report.write(summary)
-    console.print(f"written: {path.relative_to(report.ROOT)}; `make fp-report` puts it into docs")
+    console.print(
+        f"written: {path.relative_to(report.ROOT)}; `microtick fp report` puts it into docs"
+    )
     # Shards that were finished before count too: a mismatch never gets lost by resuming.
     chosen_names = {section.name for section in selected}
     rows = [row for row in summary["rows"] if row["section"] in chosen_names]

@@ -67,7 +67,7 @@ def qemu_states(
     """
     qemu = find_qemu()
     if qemu is None:
-        raise LockstepError("error: no qemu-system-nios2 on PATH; `make qemu` gets it")
+        raise LockstepError("error: no qemu-system-nios2 on PATH; `make tools T=qemu` gets it")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         fifo = folder / "log"

