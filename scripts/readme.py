@@ -4,8 +4,8 @@
 `python scripts/readme.py` replaces the text between the results marks by what build/results.json
 says (of `make run`), where that is there. What build/synth.json (of `microtick synth`) says of the
 cores is kept in docs/data/synthesis.json, each core with its commit; the text between the synthesis
-marks is written from there, and so are the areas of docs/platforms.md, and table 4 of `make run` on a
-machine that has synthesised nothing.
+marks is written from there, and so are the areas of docs/platforms.md, and table 4 of `make run` on
+a machine that has synthesised nothing.
 """
 
 from __future__ import annotations

@@ -168,6 +168,8 @@ def python_of(command: Command) -> tuple[str, list[str]] | None:
         return None
     if name == "python" and words[1:2] == ["-m"]:
         # Of the wheel, which has the packages of the checkout below `microtick`.
+        if words[2] in CONSOLE:
+            return CONSOLE[words[2]], words[3:]
         return words[2].removeprefix("microtick."), words[3:]
     return (words[1], words[2:]) if name == "python" and len(words) > 1 else None
 
