@@ -33,6 +33,12 @@ export SEED WAVES
 PYTHON_ALLOWED := PYTHON PYTHONDONTWRITEBYTECODE PYTHONPYCACHEPREFIX PYTHONUNBUFFERED
 unexport $(filter-out $(PYTHON_ALLOWED),$(filter PYTHON%,$(.VARIABLES)))
 export PYTHONNOUSERSITE := 1
+# Tests start Python hundreds of times, so it compiles each module once. Who wants no such files beside
+# the sources has them in build.
+ifdef PYTHONDONTWRITEBYTECODE
+test test-full: export PYTHONPYCACHEPREFIX := $(CURDIR)/build/pycache
+test test-full: export PYTHONDONTWRITEBYTECODE :=
+endif
 export PYTHONUTF8 := 1
 
 # Targets of earlier versions; each prints the command that replaced it.
@@ -41,6 +47,8 @@ VERBS := bitstream bus drive dual formal fuzz motion motion-size nios-bench nios
 RENAMED := test-mutants fp-case fp-bench fp-campaign fp-report readme
 TOOL_TARGETS := nios-toolchain nios-gdb qemu rs274
 
+# Parts of lint, and what make test looks at before it runs.
+.PHONY: checks lint-rtl lint-python lint-registers lint-site
 .PHONY: help setup setup-synth tools run test test-full lint format gen gen-check
 .PHONY: docs site goals lock clean tools-for-tests $(VERBS) $(RENAMED) $(TOOL_TARGETS)
 
@@ -54,10 +62,10 @@ run: $(READY) ## the main job: track a path through RTL in closed loop (GCODE, R
 	@exec $(PY) -m sim.run "$(GCODE)" --robot "$(ROBOT)" --output "$(OUTPUT)" $(if $(TICKS),--ticks "$(TICKS)") $(if $(OVERRIDE),--override "$(OVERRIDE)") $(if $(TOOLS),--tools "$(TOOLS)") \
 	  $(if $(PLATFORMS),--platforms "$(PLATFORMS)") $(if $(filter full,$(RUN)),--all-ticks) $(if $(filter plan,$(RUN)),--plan-only) $(if $(SCOPE),--scope)
 
-test: $(READY) tools-for-tests lint gen-check ## every test but the deep campaigns (T=expression, SEED=n, WAVES=1)
+test: $(READY) tools-for-tests checks ## every test but the deep campaigns (T=expression, SEED=n, WAVES=1)
 	exec $(PYTEST) -m "not full" $(if $(T),-k "$(T)")
 
-test-full: $(READY) tools-for-tests lint gen-check ## the deep campaigns too
+test-full: $(READY) tools-for-tests checks ## the deep campaigns too
 	exec $(PYTEST) $(if $(T),-k "$(T)")
 
 tools: $(READY) ## get a tool that is no package: T=nios-toolchain (compiler and GDB, half an hour), nios-gdb, qemu, rs274
@@ -80,15 +88,27 @@ tools-for-tests: $(READY) $(if $(filter true,$(CI)),$(READY_SYNTH))
 	@scripts/bender.sh --for-tests
 	$(if $(filter true,$(CI)),@$(TOOL_rs274))
 
-lint: $(READY) ## ruff, import rules; Verilator, slang and our subset on the RTL; links of the documents
+# Half a minute less than one after another.
+checks: $(READY)
+	@$(MAKE) --no-print-directory --output-sync=target -j$(JOBS) lint gen-check
+
+lint: lint-rtl lint-python lint-registers lint-site ## ruff, import rules; Verilator, slang and our subset on the RTL; links of the documents
+	@echo "lint: clean"
+
+lint-rtl: $(READY)
+	@$(PY) scripts/lint_rtl.py
+
+lint-python: $(READY)
 	$(VENV)/bin/ruff check -q .
 	$(VENV)/bin/ruff format -q --check .
 	@found=$$($(VENV)/bin/lint-imports --no-logo --no-cache) || { echo "$$found"; exit 1; }
-	@$(PY) scripts/lint_rtl.py
+
+lint-registers: $(READY)
 	@$(PY) scripts/rtl_subset.py
 	@$(PY) scripts/lint_registers.py
+
+lint-site: $(READY)
 	@$(SITE)
-	@echo "lint: clean"
 
 format: $(READY) ## format Python with ruff and SystemVerilog with verible
 	$(VENV)/bin/ruff format -q .

@@ -16,7 +16,10 @@ TEXT = (ROOT / "Makefile").read_text(encoding="utf-8")
 EXPLAINED = re.findall(r"^([a-z-]+):.*## \S", TEXT, re.M)
 MOST = 16
 """What a newcomer can take in."""
-INTERNAL = {"tools-for-tests"}
+INTERNAL = {"tools-for-tests", "checks"} | {
+    f"lint-{part}" for part in ("rtl", "python", "registers", "site")
+}
+"""Parts of others, which nobody types."""
 PHONY = set(" ".join(re.findall(r"^\.PHONY: (.*)$", TEXT, re.M)).split())
 LISTS = {
     name: words.replace("\\\n", " ").split()
