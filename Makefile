@@ -59,7 +59,7 @@ help: ## list targets and variables
 	@echo "  RUN=$(RUN) (full: every tick on FPGA1 and FPGA2; plan: path time and estimate only)  T=$(T) (test filter)  SEED=$(SEED)  JOBS=$(JOBS)"
 
 run: $(READY) ## the main job: track a path through RTL in closed loop (GCODE, ROBOT, OUTPUT, TICKS, OVERRIDE, PLATFORMS, SCOPE=1)
-	@exec $(PY) -m sim.run "$(GCODE)" --robot "$(ROBOT)" --output "$(OUTPUT)" $(if $(TICKS),--ticks "$(TICKS)") $(if $(OVERRIDE),--override "$(OVERRIDE)") $(if $(TOOLS),--tools "$(TOOLS)") \
+	@exec $(PY) -m sim.bench.run "$(GCODE)" --robot "$(ROBOT)" --output "$(OUTPUT)" $(if $(TICKS),--ticks "$(TICKS)") $(if $(OVERRIDE),--override "$(OVERRIDE)") $(if $(TOOLS),--tools "$(TOOLS)") \
 	  $(if $(PLATFORMS),--platforms "$(PLATFORMS)") $(if $(filter full,$(RUN)),--all-ticks) $(if $(filter plan,$(RUN)),--plan-only) $(if $(SCOPE),--scope)
 
 test: $(READY) tools-for-tests checks ## every test but the deep campaigns (T=expression, SEED=n, WAVES=1)
@@ -74,7 +74,7 @@ tools: $(READY) ## get a tool that is no package: T=nios-toolchain (compiler and
 TOOL_nios-toolchain = scripts/nios_toolchain.sh
 TOOL_nios-gdb = scripts/nios_toolchain.sh --gdb
 TOOL_qemu = scripts/qemu.sh
-TOOL_rs274 = exec $(PY) -m sim.gcode.oracle
+TOOL_rs274 = exec $(PY) -m sim.motion.gcode.oracle
 
 # Under CI=true a test that is skipped is a failure (tests/bench/needs.py): all tools are installed.
 tools-for-tests: $(READY) $(if $(filter true,$(CI)),$(READY_SYNTH))

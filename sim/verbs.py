@@ -61,49 +61,58 @@ GROUPS: dict[str, dict[str, Verb]] = {
         "asm": Verb("assemble a program into an image", "asip_asm.cli_as:main", "asip-as"),
         "objdump": Verb("show what is in an image", "asip_asm.cli_objdump:main", "asip-objdump"),
         "model": Verb(
-            "compile a law from CasADi or URDF, and prove it", "sim.asip_model:main", "asip-model"
+            "compile a law from CasADi or URDF, and prove it",
+            "sim.laws.asip_model:main",
+            "asip-model",
         ),
         "run": Verb(
-            "run a program on the core or its model", "sim.asip_run.__main__:main", "asip-run"
+            "run a program on the core or its model", "sim.debug.asip_run.__main__:main", "asip-run"
         ),
-        "dbg": Verb("debug a program on the core", "sim.debugger.__main__:main", "asip-dbg"),
-        "scope": Verb("show and tune a running core", "sim.scope.__main__:main", "asip-scope"),
+        "dbg": Verb("debug a program on the core", "sim.debug.asip_dbg.__main__:main", "asip-dbg"),
+        "scope": Verb(
+            "show and tune a running core", "sim.debug.scope.__main__:main", "asip-scope"
+        ),
         "serve": Verb("serve a simulated debug block on a port", "sim.debug.server:main"),
-        "board": Verb("simulate a board with a serial port", "sim.board.__main__:main"),
-        "library": Verb("write the core as a library for C programs", "sim.driver.__main__:main"),
-        "fp": Verb("test the arithmetic units", "sim.fpbench.__main__:main"),
-        "waves": Verb("make layouts of waves for viewers", "sim.harness.wave_layout:main"),
+        "board": Verb("simulate a board with a serial port", "sim.rtl.board.__main__:main"),
+        "library": Verb(
+            "write the core as a library for C programs", "sim.core.host.__main__:main"
+        ),
+        "fp": Verb("test the arithmetic units", "sim.core.fpbench.__main__:main"),
+        "waves": Verb("make layouts of waves for viewers", "sim.rtl.wave_layout:main"),
         "cocotb": Verb("build a module for cocotb", "sim.cocotb.__main__:main"),
     },
     "programs of the Nios II systems": {
-        "nios": Verb("run a C program on FPGA1 or FPGA2", "sim.nios_run:main", "nios-run"),
-        "nios-bench": Verb("measure programs per MHz", "sim.nios_bench:main"),
-        "nios-profile": Verb("show where a tick's cycles go", "sim.run.nios_profile:main"),
-        "nios-image": Verb("write memories and listing", "sim.harness.nios_image:main"),
-        "nios-lockstep": Verb("compare the core with QEMU", "sim.harness.n2_lockstep:main"),
+        "nios": Verb("run a C program on FPGA1 or FPGA2", "sim.debug.nios_run:main", "nios-run"),
+        "nios-bench": Verb("measure programs per MHz", "sim.bench.nios_bench:main"),
+        "nios-profile": Verb("show where a tick's cycles go", "sim.bench.run.nios_profile:main"),
+        "nios-image": Verb("write memories and listing", "sim.rtl.nios_image:main"),
+        "nios-lockstep": Verb("compare the core with QEMU", "sim.rtl.n2_lockstep:main"),
     },
     "paths and robots": {
         "track": Verb(
-            "the main job: track a G-code path through RTL in closed loop", "sim.run.__main__:main"
+            "the main job: track a G-code path through RTL in closed loop",
+            "sim.bench.run.__main__:main",
         ),
         "dual": Verb(
             "track a path on two processors: set-points on one, tracking on the other",
-            "sim.dual.__main__:main",
+            "sim.bench.dual.__main__:main",
         ),
-        "trajectory": Verb("check a G-code program", "sim.trajectory.__main__:main"),
-        "planner": Verb("plan one move with limited jerk", "sim.planner.__main__:main"),
-        "lookahead": Verb("plan a program across its moves", "sim.lookahead.__main__:main"),
-        "rs274": Verb("compare G-code with LinuxCNC", "sim.gcode.oracle:main"),
-        "robots": Verb("compile, prove and run every robot shown", "sim.robots.__main__:main"),
+        "trajectory": Verb("check a G-code program", "sim.motion.trajectory.__main__:main"),
+        "planner": Verb("plan one move with limited jerk", "sim.motion.planner.__main__:main"),
+        "lookahead": Verb("plan a program across its moves", "sim.motion.lookahead.__main__:main"),
+        "rs274": Verb("compare G-code with LinuxCNC", "sim.motion.gcode.oracle:main"),
+        "robots": Verb(
+            "compile, prove and run every robot shown", "sim.bench.shown_robots.__main__:main"
+        ),
         "side-by-side": Verb(
-            "run one law on the core, FPGA2 and this machine", "sim.platforms.__main__:main"
+            "run one law on the core, FPGA2 and this machine", "sim.bench.platforms.__main__:main"
         ),
     },
 }
 OF_A_CHECKOUT: dict[str, dict[str, Verb]] = {
     "measurements (in a checkout)": {
         "goals": Verb("measure goals of one area", "scripts.goals:main", needs=YOSYS),
-        "motion": Verb("measure the motion front-end, on one page", "sim.motion.show:main"),
+        "motion": Verb("measure the motion front-end, on one page", "sim.bench.motion.show:main"),
         "drive": Verb("measure the motor drives in closed loop", "scripts.drive:main", needs=YOSYS),
         "bus": Verb("measure the EtherCAT-compatible slave", "scripts.bus:main", needs=YOSYS),
         "silicon": Verb(
@@ -125,7 +134,7 @@ OF_A_CHECKOUT: dict[str, dict[str, Verb]] = {
         ),
         "quartus": Verb("area and speed with Quartus II 13.1", "scripts.quartus:main"),
         "nios-sw": Verb("build the committed Nios II programs", "scripts.nios_software:main"),
-        "nios-cycles": Verb("measure the cycle table", "sim.harness.n2_lockstep_cycles:main"),
+        "nios-cycles": Verb("measure the cycle table", "sim.rtl.n2_lockstep_cycles:main"),
         "pages": Verb("write the pages with measured figures", "scripts.measured_pages:main"),
         "sbom": Verb("list locked packages and their licences", "scripts.sbom:main"),
     },

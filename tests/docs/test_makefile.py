@@ -9,7 +9,7 @@ import subprocess
 
 import pytest
 
-from sim.harness.build import ROOT
+from sim.rtl.build import ROOT
 from sim.verbs import GROUPS, OF_A_CHECKOUT, verbs
 
 TEXT = (ROOT / "Makefile").read_text(encoding="utf-8")
