@@ -102,6 +102,7 @@ lint-python: $(READY)
 	$(VENV)/bin/ruff check -q .
 	$(VENV)/bin/ruff format -q --check .
 	@found=$$($(VENV)/bin/lint-imports --no-logo --no-cache) || { echo "$$found"; exit 1; }
+	@$(PY) -m scripts.lint_rooms
 
 lint-registers: $(READY)
 	@$(PY) scripts/rtl_subset.py
