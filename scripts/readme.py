@@ -3,7 +3,7 @@
 
 `python scripts/readme.py` replaces the text between the results marks by what build/results.json
 says (of `make run`), if that file exists, and so the figures of docs/index.md. The cores' figures
-in build/synth.json (of `make synth`) are saved in docs/data/synthesis.json, each core with its
+in build/synth.json (of `microtick synth`) are saved in docs/data/synthesis.json, each core with its
 commit; the text between the synthesis marks is written from there, and so are the areas of
 docs/platforms.md, and table 4 of `make run` on a machine that has synthesised nothing.
 """
@@ -108,7 +108,7 @@ def figures(results: dict[str, Any]) -> str:
 
 
 def longest(steps: Sequence[str]) -> dict[str, Any]:
-    """Ends, time in ns and its part in wires of a path as `make synth` writes it.
+    """Ends, time in ns and its part in wires of a path as `microtick synth` writes it.
 
     steps: lines `<ns so far> <ns> <kind> <cell or net>`; Yosys appends the cell's kind to the name.
     """
