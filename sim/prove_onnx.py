@@ -19,7 +19,7 @@ from onnx import numpy_helper
 from onnx.reference.op_run import OpRun
 
 from asip_asm.model.onnx_file import OnnxPolicy
-from sim.prove_reference import Shape, Values
+from sim.laws.prove_reference import Shape, Values
 
 SECONDS = 120
 MEMORY = 1 << 31

@@ -11,7 +11,7 @@ from onnx import helper
 from asip_asm.model.onnx_file import function_of, load_onnx
 from asip_asm.model.onnx_nodes import OPERATORS
 from asip_asm.model.read import ModelError
-from sim.asip_model import __main__ as command
+from sim.laws.asip_model import __main__ as command
 from sim.prove_onnx import OnnxReference, evaluator_of
 from tests.model_compiler.onnx_models import interface, model, perceptron
 
@@ -223,7 +223,9 @@ REFUSED = {
     ),
     "shape": (lambda made: made.graph.input[0].type.tensor_type.ClearField("shape"), "no shape"),
     "size": (
-        lambda made: setattr(made.graph.input[0].type.tensor_type.shape.dim[1], "dim_value", 1 << 40),
+        lambda made: setattr(
+            made.graph.input[0].type.tensor_type.shape.dim[1], "dim_value", 1 << 40
+        ),
         "sizes are",
     ),
     "three dimensions": (
@@ -279,7 +281,7 @@ def test_policy__compiled_and_proved_against_the_file(tmp_path, capsys, monkeypa
     read = load_onnx(path)
     other = save(tmp_path, perceptron([3, 4, 2], "Elu", SEED + 1, "Tanh"))
     monkeypatch.setattr("asip_asm.model.law.load_onnx", lambda _: read)
-    monkeypatch.setattr("sim.prove_casadi.load_function", load_onnx)
+    monkeypatch.setattr("sim.laws.prove_casadi.load_function", load_onnx)
     assert command.main([*map(str, (other, record)), "--prove", "-o", str(tmp_path / "two")]) == 1
     assert capsys.readouterr().out.rstrip().endswith("NOT proved")
 
