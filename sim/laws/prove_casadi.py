@@ -126,7 +126,7 @@ def truth_of_files(function: Path, record: Path) -> Truth:
 
 def _reference(model: Model) -> Reference:
     if isinstance(model, OnnxPolicy):
-        from sim.prove_onnx import OnnxReference
+        from sim.laws.prove_onnx import OnnxReference
 
         return OnnxReference(model)
     return CasadiReference(model)

@@ -12,7 +12,7 @@ from asip_asm.model.onnx_file import function_of, load_onnx
 from asip_asm.model.onnx_nodes import OPERATORS
 from asip_asm.model.read import ModelError
 from sim.laws.asip_model import __main__ as command
-from sim.prove_onnx import OnnxReference, evaluator_of
+from sim.laws.prove_onnx import OnnxReference, evaluator_of
 from tests.model_compiler.onnx_models import interface, model, perceptron
 
 SEED = 20261126
@@ -274,7 +274,7 @@ def test_policy__compiled_and_proved_against_the_file(tmp_path, capsys, monkeypa
     path = save(tmp_path, perceptron([3, 4, 2], "Elu", SEED, "Tanh"))
     record = tmp_path / "policy.interface.toml"
     record.write_text(interface(3, 2))
-    arguments = [str(path), str(record), "--prove", "--inputs", "300", "-o"]
+    arguments = [str(path), str(record), "--prove", "--inputs", "300", "--boxes-effort", "1", "-o"]
     assert command.main([*arguments, str(tmp_path / "out")]) == 0
     assert capsys.readouterr().out.rstrip().endswith("proved")
     # A reading with another weight is found.
@@ -282,7 +282,7 @@ def test_policy__compiled_and_proved_against_the_file(tmp_path, capsys, monkeypa
     other = save(tmp_path, perceptron([3, 4, 2], "Elu", SEED + 1, "Tanh"))
     monkeypatch.setattr("asip_asm.model.law.load_onnx", lambda _: read)
     monkeypatch.setattr("sim.laws.prove_casadi.load_function", load_onnx)
-    assert command.main([*map(str, (other, record)), "--prove", "-o", str(tmp_path / "two")]) == 1
+    assert command.main([*map(str, (other, record)), "--prove", "--boxes-effort", "1", "-o", str(tmp_path / "two")]) == 1
     assert capsys.readouterr().out.rstrip().endswith("NOT proved")
 
 
