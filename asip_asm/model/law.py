@@ -33,7 +33,6 @@ from asip_asm.model.saved import SavedFunction, load_saved
 from asip_asm.signals import COUNT, Interface, Signal
 from asip_asm.source import is_reserved
 
-
 Model = ca.Function | SavedFunction | OnnxPolicy
 """What a law is made of."""
 

@@ -3,8 +3,8 @@
 
 One tick is one inference. A dimension without a number (the batch of an exporter) is 1. A tensor is
 a vector or a matrix once its dimensions of size 1 are dropped; the interface record gives a matrix
-column by column, as for CasADi. Every node, input and attribute acts or is refused by its name; a
-file may name no other file. Operators: `asip_asm.model.onnx_nodes`; standard: ONNX, opset 13 and up.
+column by column, as for CasADi. Every node, input and attribute acts or is refused by name. A file
+may name no other file. Operators: `asip_asm.model.onnx_nodes`; standard: ONNX, opset 13 and up.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class OnnxPolicy:
     def use(
         self, work: Callable[[object], bytes], seconds: int = SECONDS, memory: int = BYTES
     ) -> bytes:
-        """Answer of `work` on the file's `onnx.ModelProto`, in a confined child. Raises ModelError."""
+        """Answer of `work` on the `onnx.ModelProto`, in a confined child. Raises ModelError."""
         return _use(self.path, self.content, work, seconds, memory)
 
 
@@ -78,7 +78,9 @@ def _onnx():
         import onnx
         import onnx.numpy_helper
     except ImportError:
-        raise ModelError("ONNX files need the package onnx: pip install 'microtick[model]'") from None
+        raise ModelError(
+            "ONNX files need the package onnx: pip install 'microtick[model]'"
+        ) from None
     return onnx
 
 
@@ -226,5 +228,3 @@ def _check_name(name: str, what: str) -> None:
             f"{what} {name!r} cannot name signals: letters, digits and '_' of ASCII can; export "
             "the policy with input_names and output_names"
         )
-
-

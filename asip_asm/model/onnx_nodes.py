@@ -40,7 +40,9 @@ def apply(node: onnx.NodeProto, values: dict[str, Array], where: str) -> None:
     operator = OPERATORS.get(node.op_type) if node.domain in ("", "ai.onnx") else None
     if operator is None:
         near = closest(node.op_type, list(OPERATORS))
-        raise ModelError(f"{where}: this operator is not compiled; {near or 'express it by others'}")
+        raise ModelError(
+            f"{where}: this operator is not compiled; {near or 'express it by others'}"
+        )
     given = {each.name: onnx.helper.get_attribute_value(each) for each in node.attribute}
     for name in given:
         if name not in operator.attributes:
@@ -118,9 +120,7 @@ def _unary(function: Callable[[ca.SX], ca.SX], **attributes: Any) -> Operator:
     """Element by element; attributes become keywords of `function`."""
     if not attributes:
         return Operator(_each(lambda x: function(x)))
-    return Operator(
-        lambda x, **given: _each(lambda value: function(value, **given))(x), attributes
-    )
+    return Operator(lambda x, **given: _each(lambda value: function(value, **given))(x), attributes)
 
 
 def _single(value: float) -> float:
@@ -179,7 +179,14 @@ def _matmul(a: Array, b: Array) -> Array:
 
 
 def _gemm(
-    a: Array, b: Array, c: Array | None = None, *, alpha: float, beta: float, transA: int, transB: int
+    a: Array,
+    b: Array,
+    c: Array | None = None,
+    *,
+    alpha: float,
+    beta: float,
+    transA: int,
+    transB: int,
 ) -> Array:
     product = _matmul(a.T if transA else a, b.T if transB else b)
     if alpha != 1.0:
@@ -209,7 +216,7 @@ def _conv(
     pads: Sequence[int],
     strides: Sequence[int],
 ) -> Array:
-    """Convolution over one dimension: x (batch, channels, length), weights (out, in/group, taps)."""
+    """Convolution over a dimension: x (batch, channels, length), weights (out, in/group, taps)."""
     if x.ndim != 3 or weights.ndim != 3:
         raise Refused("convolutions over one dimension alone are compiled")
     _only("auto_pad", auto_pad, b"NOTSET", b"VALID")
@@ -264,7 +271,9 @@ def _mean(x: Array, axes: Sequence[int], keep: bool, mean: bool = True) -> Array
         for value in rows[at][1:]:
             total = total + value
         found[at] = total / rows.shape[-1] if mean else total
-    return found.reshape([1 if a in chosen else n for a, n in enumerate(x.shape)]) if keep else found
+    return (
+        found.reshape([1 if a in chosen else n for a, n in enumerate(x.shape)]) if keep else found
+    )
 
 
 def _layer_norm(
@@ -498,8 +507,14 @@ OPERATORS: dict[str, Operator] = {
     ),
     "Conv": Operator(
         _conv,
-        {"auto_pad": b"NOTSET", "dilations": (), "group": 1, "kernel_shape": (), "pads": (),
-         "strides": ()},
+        {
+            "auto_pad": b"NOTSET",
+            "dilations": (),
+            "group": 1,
+            "kernel_shape": (),
+            "pads": (),
+            "strides": (),
+        },
         (2, 3),
     ),
     "Cos": _unary(lambda x: ca.cos(x)),
@@ -514,7 +529,9 @@ OPERATORS: dict[str, Operator] = {
     "Gelu": _unary(_gelu, approximate=b"none"),
     "Gemm": Operator(_gemm, {"alpha": 1.0, "beta": 1.0, "transA": 0, "transB": 0}, (2, 3)),
     "HardSigmoid": _unary(
-        lambda x, alpha, beta: ca.fmin(ca.fmax(alpha * x + beta, 0), 1), alpha=_single(0.2), beta=0.5
+        lambda x, alpha, beta: ca.fmin(ca.fmax(alpha * x + beta, 0), 1),
+        alpha=_single(0.2),
+        beta=0.5,
     ),
     "Identity": Operator(lambda x: x),
     "LSTM": Operator(_lstm, _CELL | {"input_forget": 0}, (3, 8)),

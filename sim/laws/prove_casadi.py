@@ -119,7 +119,10 @@ def truth_of(law: Law) -> Truth:
 
 
 def truth_of_files(function: Path, record: Path) -> Truth:
-    """Truth of a file with a function or policy, and its interface file. Raises ModelError, InterfaceError."""
+    """Truth of a function or policy file and its interface file.
+
+    Raises ModelError, InterfaceError.
+    """
     model = load_function(function)
     return Truth(_reference(model), read_wires(record))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The reference of a proof for an ONNX file: the evaluator of the package onnx, in double precision.
+"""The reference of a proof for an ONNX file: the evaluator of the package onnx, in doubles.
 
 The file is parsed again, its floats are made doubles, and each node is computed by the standard's
 reference implementation in a confined process. Nothing of the compiler's reading is used.

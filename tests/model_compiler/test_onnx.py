@@ -282,7 +282,19 @@ def test_policy__compiled_and_proved_against_the_file(tmp_path, capsys, monkeypa
     other = save(tmp_path, perceptron([3, 4, 2], "Elu", SEED + 1, "Tanh"))
     monkeypatch.setattr("asip_asm.model.law.load_onnx", lambda _: read)
     monkeypatch.setattr("sim.laws.prove_casadi.load_function", load_onnx)
-    assert command.main([*map(str, (other, record)), "--prove", "--boxes-effort", "1", "-o", str(tmp_path / "two")]) == 1
+    assert (
+        command.main(
+            [
+                *map(str, (other, record)),
+                "--prove",
+                "--boxes-effort",
+                "1",
+                "-o",
+                str(tmp_path / "two"),
+            ]
+        )
+        == 1
+    )
     assert capsys.readouterr().out.rstrip().endswith("NOT proved")
 
 
