@@ -21,14 +21,13 @@ import numpy as np
 
 from asip_asm.files import read_bytes
 from asip_asm.model.confined import BYTES, SECONDS, Confined, confined
+from asip_asm.model.onnx_values import VALUES, constant, objects, package
 from asip_asm.model.read import ModelError, Scalars, scalars
 
 SUFFIX = ".onnx"
 FILE_BYTES = 1 << 26
 OPSETS = range(13, 27)
 """Versions of the operators that are read; the standard kept their meaning over these."""
-VALUES = 1 << 22
-"""Elements of one tensor at most."""
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
@@ -65,23 +64,11 @@ def _use(
     seconds: int = SECONDS,
     memory: int = BYTES,
 ) -> bytes:
-    onnx = _onnx()
+    onnx = package()
     try:
         return confined(lambda: work(_parsed(onnx, content)), seconds, memory)
     except Confined as error:
         raise ModelError(f"{path}: {error}") from None
-
-
-def _onnx():
-    """The package. Raises ModelError where it is not installed."""
-    try:
-        import onnx
-        import onnx.numpy_helper
-    except ImportError:
-        raise ModelError(
-            "ONNX files need the package onnx: pip install 'microtick[model]'"
-        ) from None
-    return onnx
 
 
 def _parsed(onnx, content: bytes):
@@ -114,7 +101,7 @@ def function_of(model) -> ca.Function:
         rows, columns = matrix_shape(entry.name, shape)
         symbol = symbols[entry.name] = ca.SX.sym(entry.name, rows, columns)
         elements = [symbol[r, c] for r in range(rows) for c in range(columns)]
-        values[entry.name] = _objects(elements).reshape(shape)
+        values[entry.name] = objects(elements).reshape(shape)
     for number, node in enumerate(graph.node):
         where = f"node {number} {node.name!r} ({node.op_type})"
         try:
@@ -161,43 +148,9 @@ def _check_model(model) -> None:
         )
 
 
-def constant(tensor) -> np.ndarray:
-    """A constant tensor: integers as they are, floats as objects that hold `casadi.SX`."""
-    onnx = _onnx()
-    if tensor.data_location == onnx.TensorProto.EXTERNAL or len(tensor.external_data):
-        raise ModelError(
-            f"constant {tensor.name!r} lies in another file, which is not read; export the policy "
-            "into one file"
-        )
-    if math.prod(tensor.dims) > VALUES:
-        raise ModelError(f"constant {tensor.name!r} has more than {VALUES} elements")
-    array = onnx.numpy_helper.to_array(tensor)
-    if array.dtype.kind in "iu":
-        return array.astype(np.int64)
-    if array.dtype.kind not in "f" and "float" not in array.dtype.name:
-        raise ModelError(f"constant {tensor.name!r} is of type {array.dtype.name}; floats are read")
-    return floats(array)
-
-
-def floats(array) -> np.ndarray:
-    """Objects that hold `casadi.SX` of the same shape. Raises ModelError if one is not finite."""
-    array = np.asarray(array)
-    numbers = array.astype(np.float64).ravel()
-    if not np.isfinite(numbers).all():
-        raise ModelError("a constant is infinite or no number; replace infinity by a large bound")
-    return _objects([ca.SX(float(x)) for x in numbers]).reshape(array.shape)
-
-
-def _objects(elements: list) -> np.ndarray:
-    found = np.empty(len(elements), dtype=object)
-    for k, element in enumerate(elements):  # numpy would ask an SX for its elements
-        found[k] = element
-    return found
-
-
 def shape_of(entry, what: str) -> tuple[int, ...]:
     """Shape of an input; a dimension without a number is a batch of 1. Raises ModelError."""
-    onnx = _onnx()
+    onnx = package()
     _check_name(entry.name, what)
     tensor = entry.type.tensor_type
     if tensor.elem_type not in (onnx.TensorProto.FLOAT, onnx.TensorProto.DOUBLE):

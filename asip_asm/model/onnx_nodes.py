@@ -18,7 +18,7 @@ import onnx
 import onnx.helper
 
 from asip_asm.diagnostics import closest
-from asip_asm.model.onnx_file import VALUES, constant, floats
+from asip_asm.model.onnx_values import VALUES, constant, floats
 from asip_asm.model.read import ModelError
 
 Array = np.ndarray
