@@ -279,7 +279,7 @@ def with_model(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Install
 def test_asip_model__with_its_extra__writes_a_program(with_model: Installed) -> None:
     installed, folder = with_model, with_model.folder
     assert (
-        json.loads(installed.must("python", "-c", IMPORT_ALL))["missed"] == OF_COCOTB + OF_THE_BUS
+        json.loads(installed.must("python", "-c", IMPORT_ALL))["missed"] == OF_THE_BUS + OF_COCOTB
     )
     installed.must("python", "-c", LAW)
     (folder / "law.interface.toml").write_text(INTERFACE, encoding="utf-8")
