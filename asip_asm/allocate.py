@@ -255,7 +255,7 @@ class _Spiller:
             if position < start + len(region.bundles or []):
                 return region, start
             start += len(region.bundles or [])
-        raise AssertionError("position behind the last bundle")
+        raise AssertionError("position after the last bundle")
 
     def _local_symbols(self, region: Region) -> set[Virtual]:
         """Symbols written once, in this linear region, read only there, and not exported."""

@@ -106,7 +106,7 @@ class _Builder:
         self.open_labels = labels
         if labels:
             self.reporter.add(
-                last, f"label '{labels[-1]}' stands before no operation", "add halt behind it"
+                last, f"label '{labels[-1]}' is before no operation", "add halt after it"
             )
         if not self.blocks and not self.source.incomplete:
             self.reporter.add(self.source.last_place, "the program has no operation", "add halt")
@@ -133,7 +133,7 @@ class _Builder:
             self.reporter.add(
                 self.source.last_place or self.blocks[-1].place,
                 "the program ends without halt",
-                "add halt behind the last operation",
+                "add halt after the last operation",
             )
 
     def _connect(self) -> None:

@@ -198,7 +198,7 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         "--format",
         choices=tuple(FORMATS),
         default="json",
-        help="json: the whole image, and its debug map beside it (default); c: tables for the C "
+        help="json: the whole image, and its debug map next to it (default); c: tables for the C "
         "driver; others: program memory alone",
     )
     parser.add_argument(

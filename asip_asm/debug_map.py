@@ -2,7 +2,7 @@
 """Debug maps: where each value of a source is at each bundle of its program (docs/debugger.md).
 
 A *position* is the bundle that issues next: at position p all bundles before p on the way there are
-done and p is not. The position behind the last bundle is the end of the run. `asip-as` writes the
+done and p is not. The position after the last bundle is the end of the run. `asip-as` writes the
 map beside the image; both hold the image's checksum, so that a map is never used for another
 program.
 """

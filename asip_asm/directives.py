@@ -175,7 +175,7 @@ class Directives:
 
     def _constant_declaration(self, cursor: Cursor, replaceable: bool) -> None:
         name = cursor.expect_kind("name", "the name of a constant")
-        cursor.expect("=", "behind the name")
+        cursor.expect("=", "after the name")
         value, place = self._value(cursor)
         if replaceable and name.text in self.defines:
             self.used_defines.add(name.text)
@@ -224,7 +224,7 @@ class Directives:
     def _state(self, cursor: Cursor) -> None:
         name = cursor.expect_kind("name", "the name of a state")
         type_name = self._type(cursor)
-        cursor.expect("=", "and the initial value behind the name of a state")
+        cursor.expect("=", "and the initial value after the name of a state")
         value, place = self._value(cursor)
         declaration = Declaration("state", name.text, name.place, type_name)
         declaration.bits = word_bits(value, type_name, place)
@@ -248,7 +248,7 @@ class Directives:
         word = cursor.expect_kind("name", "'safe'")
         if word.text != "safe":
             raise SourceError(word.place, f"expected 'safe', found '{word.text}'")
-        cursor.expect("=", "behind safe")
+        cursor.expect("=", "after safe")
         value, place = self._value(cursor)
         declaration = Declaration("output", name.text, name.place)
         declaration.bits = word_bits(value, "float", place)
@@ -276,13 +276,13 @@ class Directives:
         if cursor.token.kind == "name" and cursor.peek().text in ("=", ":"):
             name = cursor.take()
             type_name = self._type(cursor)
-            cursor.expect("=", "behind the name")
+            cursor.expect("=", "after the name")
             self._declare(
                 Declaration("data", name.text, name.place, value=float(len(self.source.data)))
             )
         elif cursor.at(":"):
             type_name = self._type(cursor)
-            cursor.expect("=", "behind the type")
+            cursor.expect("=", "after the type")
         while True:
             value, place = self._value(cursor)
             self._append_data([word_bits(value, type_name, place)], place)
@@ -292,7 +292,7 @@ class Directives:
 
     def _space(self, cursor: Cursor) -> None:
         name = cursor.expect_kind("name", "the name of a block of data memory")
-        cursor.expect(",", "and the number of words behind the name")
+        cursor.expect(",", "and the number of words after the name")
         value, place = self._value(cursor)
         if not value.is_integer() or value < 1:
             raise SourceError(place, f"{value:g} is not a number of words")

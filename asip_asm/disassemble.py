@@ -39,7 +39,7 @@ def decode_operation(word: int, slot: int, configuration: str, isa: Isa) -> Oper
     build = isa.configurations[configuration]
     unit = isa.units[record.unit]
     if record.name != "nop" and not build.allows(slot, unit):
-        raise DecodeError(f"{record.name} cannot stand in slot {slot} of '{configuration}'")
+        raise DecodeError(f"{record.name} cannot be in slot {slot} of '{configuration}'")
     operation = Operation(record.name)
     used = {"op"}
     for name in record.sources:

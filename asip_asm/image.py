@@ -276,7 +276,7 @@ def _problems(image: Image, isa: Isa) -> Iterator[str]:
         yield f"{len(image.sources)} sources for {len(image.bundles)} bundles"
     for i, entries in enumerate(image.sources):
         if any(entry.slot >= len(configuration.slots) for entry in entries):
-            yield f"a source of bundle {i} stands in a slot that '{image.configuration}' has not"
+            yield f"a source of bundle {i} is in a slot that '{image.configuration}' has not"
     places = {"entry": image.entry} | {f"label '{k}'": v for k, v in image.labels.items()}
     places |= {f"entry of function '{f.name}'": f.entry for f in image.functions}
     for what, address in places.items():
@@ -327,5 +327,5 @@ def _twice(what: str, items: Iterable[int | str]) -> Iterator[str]:
     seen: set[int | str] = set()
     for item in items:
         if item in seen:
-            yield f"{what} {item!r} stands twice"
+            yield f"{what} {item!r} appears twice"
         seen.add(item)

@@ -327,7 +327,7 @@ class _Loader:
             if signal.kind == "export" and before.kind in ("input", "state"):
                 continue
             raise InterfaceError(
-                f"{signal.file}:{signal.line}: error: '{signal.name}' stands twice; it is "
+                f"{signal.file}:{signal.line}: error: '{signal.name}' appears twice; it is "
                 f"{before.kind} in {before.file.name}:{before.line}"
             )
         inputs = {signal.name: signal for signal in interface.inputs}

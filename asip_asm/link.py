@@ -88,7 +88,7 @@ def _moved_map(old: DebugMap, image: Image, place: _Places) -> DebugMap:
     rest = total - first - own
 
     def position(number: int) -> int:
-        """The end of the run is the position behind the last bundle of the image."""
+        """The end of the run is the position after the last bundle of the image."""
         return total if number == own else number + first
 
     def spans(held: list[Span]) -> list[Span]:

@@ -161,7 +161,7 @@ class Parser:
             statement.operations.append(self._operation(cursor))
             if cursor.accept("}"):
                 break
-            cursor.expect("|", "or '}' behind an operation of a bundle")
+            cursor.expect("|", "or '}' after an operation of a bundle")
         if cursor.token.kind == "name" and cursor.token.text == "halt":
             cursor.take()
             statement.halt = True
@@ -181,7 +181,7 @@ class Parser:
         if record is None:
             if token.text == "halt":
                 raise SourceError(
-                    token.place, "'halt' is no operation of a bundle", "write it behind the '}'"
+                    token.place, "'halt' is no operation of a bundle", "write it after the '}'"
                 )
             raise SourceError(
                 token.place, f"unknown operation '{shortened(token.text)}'", self._meant(cursor)
@@ -205,7 +205,7 @@ class Parser:
         if not (cursor.token.kind == "end" or cursor.at("|") or cursor.at("}")):
             raise SourceError(
                 cursor.token.place,
-                f"'{cursor.token.text}' behind the operands of {record.name}",
+                f"'{cursor.token.text}' after the operands of {record.name}",
                 "an operand that is an expression is written in parentheses",
             )
         line = token.place.line
@@ -280,7 +280,7 @@ class Parser:
         if cursor.accept("["):
             name = cursor.expect_kind("name", "the index register")
             index = Operand("name", name.place, name.text)
-            cursor.expect("]", "behind the index register")
+            cursor.expect("]", "after the index register")
         limit = (1 << IMMEDIATE_WIDTH) if index else self.isa.data_words
         if not value.is_integer() or not 0 <= value < limit:
             raise SourceError(

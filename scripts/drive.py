@@ -49,7 +49,7 @@ LATENCY_US = 1.5
 EDGES = {False: 20_000_000, True: 1_000_000_000}
 PROOFS = {
     "no_shoot_through": "PWM, no shoot-through for any registers and faults",
-    "trip_in_two_clocks": "PWM, gates off in 2 clocks behind any fault",
+    "trip_in_two_clocks": "PWM, gates off in 2 clocks after any fault",
 }
 PAGE = ROOT / "docs/drive.md"
 

@@ -239,7 +239,7 @@ def _text(document: dict[str, Any]) -> str:
 
 
 class _Plain(yaml.SafeDumper):
-    """Without anchors for what stands twice."""
+    """Without anchors for what appears twice."""
 
     def ignore_aliases(self, data: object) -> bool:
         return True

@@ -135,7 +135,7 @@ def run(
         description=purpose, epilog=f"example: python {script} --check"
     )
     parser.add_argument("--check", action="store_true", help="write nothing, fail on a difference")
-    parser.add_argument("--root", type=Path, default=ROOT, help="where the generated files stand")
+    parser.add_argument("--root", type=Path, default=ROOT, help="folder of the generated files")
     if source:
         name, default, about = source
         parser.add_argument(name, dest="source", type=Path, default=default, help=about)

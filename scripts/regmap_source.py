@@ -82,7 +82,7 @@ def read_map(path: Path, name: str) -> RegisterMap:
                 registers[register.inst_name] = _register(register, findings)
                 enumerations |= _enumerations(register, findings)
     if REGISTER_BLOCK not in blocks or not registers:
-        findings.append(_finding(top, f"no regfile '{REGISTER_BLOCK}'; the registers stand in it"))
+        findings.append(_finding(top, f"no regfile '{REGISTER_BLOCK}'; it contains the registers"))
     if findings:
         raise RegisterMapError("\n".join(findings))
     return RegisterMap(

@@ -82,7 +82,7 @@ RULES = (
         "bits-of-package-type",
         r"\$bits\s*\(\s*\w+::",
         "$bits of a package type",
-        "a width constant beside the type",
+        "a width constant next to the type",
     ),
     Rule(
         "cast-of-product",

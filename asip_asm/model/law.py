@@ -235,7 +235,7 @@ def check_ports(law: Law) -> None:
     seen: set[str] = set()
     for port in law.ports:
         if port.name in seen:
-            raise ModelError(f"{law.title}: signal '{port.name}' stands twice; rename one")
+            raise ModelError(f"{law.title}: signal '{port.name}' appears twice; rename one")
         if is_reserved(port.name) or not _NAME.fullmatch(port.name):
             raise ModelError(
                 f"{law.title}: {port.name!r} cannot name a signal; a name has letters, digits and "

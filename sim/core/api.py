@@ -287,7 +287,7 @@ class Core:
         backend = self.backend
         if self._fault:
             raise CoreError(
-                f"the core stands in a fault ({self._fault}); clear() ends it and gives the states "
+                f"the core is in a fault ({self._fault}); clear() ends it and gives the states "
                 "their initial values"
             )
         names = [*self.outputs, *(name for name in read if self._held(name) is None)]

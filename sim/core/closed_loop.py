@@ -106,7 +106,7 @@ def _cause(drives: bool, error: Exception) -> str:
     )
     if drives:
         text += (
-            ". Or a current loop is, which `python -m sim.bench.drive --loops` tells: then check "
+            ". Or a current loop is, which `python -m sim.bench.drive --loops` reports: then check "
             "R, L_d, L_q and psi of the motors, and U_dc"
         )
     return text

@@ -27,7 +27,7 @@ def between_marks(page: str, texts: Mapping[str, str], file: object) -> str:
         if count != 1:
             raise MarksError(
                 f"{file}: error: {count} pairs of marks `<!-- {name}: ... -->`, "
-                f"`<!-- end of {name} -->`; restore the one pair between which the text stands"
+                f"`<!-- end of {name} -->`; restore the pair of marks around the text"
             )
     return page
 

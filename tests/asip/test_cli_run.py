@@ -273,7 +273,7 @@ def test_wrong_command_line__one_message__status_2(arguments, message, source, c
         ("", "in.csv: empty, expected a header with names of inputs"),
         ("x,y\n", "in.csv: no row below the header"),
         ("x,w\n1,2\n", "in.csv:1: the program has no input 'w'"),
-        ("x,y,x\n1,2,3\n", "in.csv:1: input 'x' stands in two columns"),
+        ("x,y,x\n1,2,3\n", "in.csv:1: input 'x' appears in two columns"),
         ("x,y\n1\n", "in.csv:2: 1 values for 2 names"),
         ("x,y\n1,2\n1,b\n", "in.csv:3: y: 'b' is not a number"),
     ],

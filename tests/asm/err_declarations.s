@@ -16,7 +16,7 @@
 .const  half = 0.5 : int ; error: 0.5 is not an integer
 .const  y = 2 ; error: 'y' is declared twice => it is an input, declared at tests/asm/err_declarations.s:6
 .param  p = 1, pin a4 ; error: a constant cannot be pinned to 'a4' => pin k0..k127
-.state  s ; error: expected '=' and the initial value behind the name of a state, found the end of the line
+.state  s ; error: expected '=' and the initial value after the name of a state, found the end of the line
 .state  s1 : int = 1.5 ; error: 1.5 is not an integer
 .state  s2 = 0, pin D ; error: a state cannot be pinned to 'D' => pin A, B or C, or a register of these banks
 .state  s3 = 0, pen A ; error: expected 'pin', found 'pen'

@@ -18,4 +18,4 @@ skip:   mov     t4, one ; error: 'one' is not written on every path before it is
         mov     t5, x ; error: this is never reached => the run ends or jumps away before it, and no branch leads to it
 end:    halt
         mov     t6, x ; error: this is never reached => the run ends or jumps away before it, and no branch leads to it
-last: ; error: label 'last' stands before no operation => add halt behind it
+last: ; error: label 'last' is before no operation => add halt after it

@@ -6,7 +6,7 @@
         fadd    t2, x ; error: fadd takes 3 operands, found 2 => fadd dst, a, c
         fadd    t3, x, y, y ; error: fadd takes 3 operands, found 4 => fadd dst, a, c
         halt    x ; error: 'x' is more than this statement takes => one statement per line
-        fadd    t4, x, 2*3 ; error: '*' behind the operands of fadd => an operand that is an expression is written in parentheses
+        fadd    t4, x, 2*3 ; error: '*' after the operands of fadd => an operand that is an expression is written in parentheses
         fadd    t5, x, -y ; error: 'y' is not a constant: an operand cannot negate it => subtract it instead, or negate it first: fsub negative, 0.0, y
         fadd    t5, x, -two ; error: an expression as an operand is written in parentheses => (-two)
         imul    t5, n, n ; error: unknown operation 'imul' => integers have no such operation; theirs are iadd, isub, i2f
@@ -26,7 +26,7 @@
         ld      t18, 65536[n] ; error: data address 65536 is out of range => offsets are integers 0..65535
         ld      t19, table[x] ; error: 'x' is of type float, ld reads type int => convert with f2i or f2it
         ld      t20, table[1] ; error: expected the index register, found '1'
-        ld      t21, table[n ; error: expected ']' behind the index register, found the end of the line
+        ld      t21, table[n ; error: expected ']' after the index register, found the end of the line
         st      x, tabel ; error: 'tabel' is not the name of a constant => did you mean 'table'?
         jmp     7 ; error: expected a label, found '7'
         mov     t22, y } halt ; error: '}' is more than this statement takes => one statement per line

@@ -126,8 +126,8 @@ def test_every_operation__legal_fields__decode_and_encode_to_the_same_word(recor
     ("word", "slot", "configuration", "message"),
     [
         (0, 0, "fast", "opcode 0x00 does not exist"),
-        (0b100111 << 34, 0, "fast", "mov cannot stand in slot 0 of 'fast'"),
-        (0b010100 << 34, 2, "fast", "fmul cannot stand in slot 2 of 'fast'"),
+        (0b100111 << 34, 0, "fast", "mov cannot be in slot 0 of 'fast'"),
+        (0b010100 << 34, 2, "fast", "fmul cannot be in slot 2 of 'fast'"),
         (0b100111 << 34 | 0b110000000 << 18, 2, "fast", "source field 0x180 names no register"),
         (0b100111 << 34 | 0b000000001 << 18, 2, "fast", "source field 0x001 names no register"),
         (0b010100 << 34 | 1 << 33, 0, "fast", "fmul cannot write output 0"),

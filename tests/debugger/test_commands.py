@@ -233,7 +233,7 @@ def test_files_that_do_not_fit(tmp_path, capsys, run_main):
     kept = beside.read_text()
     beside.unlink()
     assert run_main(image) == 1
-    assert "asip-as and asip-model write it beside the image" in capsys.readouterr().err
+    assert "asip-as and asip-model write it next to the image" in capsys.readouterr().err
     assert asip_as([str(LEG), "-O0", "-o", str(image)]) == 0
     beside.write_text(kept)
     assert run_main(image) == 1

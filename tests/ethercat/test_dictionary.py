@@ -171,7 +171,7 @@ def test_esi__every_type_is_defined_and_every_size_fits(device):
     ("before", "after", "message"),
     [
         ('type = "u32"\naccess = "const"', 'type = "u33"\naccess = "const"', "1000:00: type 'u33'"),
-        ("index = 0x1001", "index = 0x1000", "1000 stands twice"),
+        ("index = 0x1001", "index = 0x1000", "1000 appears twice"),
         ("default = 0x3A1", "default = 0x1000003A1", "6502:00: default"),
         ("default = 37", "default = 36", "6098:00: default 36 is not of its values"),
         ('objects = ["digital_inputs"]', 'objects = ["statuswort"]', "no object 'statuswort'"),

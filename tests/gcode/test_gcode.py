@@ -95,7 +95,7 @@ MISTAKES = {
     "malformed number": ("G0 X1.2.3\nM2", 1, 4, "X1.2.3", "malformed", "one decimal", "-12.5"),
     "sign alone": ("G0 X-\nM2", 1, 4, "X-", "malformed", "digits", "-12.5"),
     "huge number": ("G0 X10000001\nM2", 1, 4, "X10000001", "out of", "1e+07", "decimal point"),
-    "parameter": ("G0 #1\nM2", 1, 4, "#1", "without a letter", "#n = value", "behind a letter"),
+    "parameter": ("G0 #1\nM2", 1, 4, "#1", "without a letter", "#n = value", "after a letter"),
     "stray character": ("G0 X1 !\nM2", 1, 7, "!", "unexpected character", "a word", "remove"),
     "letter outside ASCII": ("G0 \u0425\nM2", 1, 4, "\u0425", "unexpected", "a word", "remove"),
     "open comment": ("G0 X1 (a\nM2", 1, 7, "(a", "not closed", "`)`", "close it"),

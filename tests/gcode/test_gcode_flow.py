@@ -273,7 +273,7 @@ MISTAKES = {
     ),
     "else twice": (
         "o1 if [0]\no1 else\nG0X1\no1 else\nG0X2\no1 endif\nM2",
-        4, 1, "o1 else", "behind the else", "endif",
+        4, 1, "o1 else", "after the else", "endif",
     ),
     "label twice": (
         "o1 if [1]\no1 endif\no1 while [0]\no1 endwhile\nM2",
@@ -297,10 +297,10 @@ MISTAKES = {
     "label missing": ("o if [1]\nM2", 1, 1, "o", "no label", "a number"),
     "label not an integer": ("o1.5 if [1]\no1.5 endif\nM2", 1, 1, "o1.5", "is 1.5", "integer"),
     "condition missing": ("o1 if\nG0 X1\no1 endif\nM2", 1, 1, "o1 if", "if without a value", "[ ]"),
-    "condition without brackets": ("o1 while #1\nM2", 1, 10, "#", "behind while", "[value]"),
-    "word behind": ("o1 if [1] G0\nX1\no1 endif\nM2", 1, 11, "G", "behind if", "[value]"),
-    "two conditions": ("o1 if [1] [2]\no1 endif\nM2", 1, 11, "[", "behind if", "end of the line"),
-    "value of sub": ("o1 sub [1]\no1 endsub\nM2", 1, 8, "[", "behind sub", "the end of the line"),
+    "condition without brackets": ("o1 while #1\nM2", 1, 10, "#", "after while", "[value]"),
+    "word behind": ("o1 if [1] G0\nX1\no1 endif\nM2", 1, 11, "G", "after if", "[value]"),
+    "two conditions": ("o1 if [1] [2]\no1 endif\nM2", 1, 11, "[", "after if", "end of the line"),
+    "value of sub": ("o1 sub [1]\no1 endsub\nM2", 1, 8, "[", "after sub", "the end of the line"),
     "too many arguments": (
         "o1 sub\no1 endsub\no1 call " + "[1]" * (ARGUMENTS + 1) + "\nM2",
         3, 9 + 3 * ARGUMENTS, "[", "too many arguments", "at most 30",
@@ -323,7 +323,7 @@ MISTAKES = {
         "G0 E1\no1 if [1/0]\no1 endif\nM2", 1, 4, "E1", "E, an extruder", "one of",
     ),
     "value read only": ("#<_value>=1\nM2", 1, 1, "#<_value>=1", "read only", "another"),
-    "after a word": ("G0 X1\n#1=3 o1 if [1]\nM2", 2, 6, "o1 if [1]", "behind other words", "first"),
+    "after a word": ("G0 X1\n#1=3 o1 if [1]\nM2", 2, 6, "o1 if [1]", "after other words", "first"),
     "mistake inside": (
         "o1 repeat [3]\nG0 E1\no1 endrepeat\nM2", 2, 4, "E1", "E, an extruder", "one of",
     ),

@@ -169,7 +169,7 @@ MISTAKES = {
     "expression open": ("G0 X[1+2\nM2", 5, "[1+2", "not closed", "operator or ]"),
     "value missing": ("G0 X[1+]\nM2", 8, "]", "a value is missing", "a number"),
     "unknown function": ("G0 X[SINH[1]]\nM2", 6, "SINH", "unknown function", "SIN"),
-    "function without bracket": ("G0 X[SIN 3]\nM2", 10, "3", "opening bracket", "[ behind"),
+    "function without bracket": ("G0 X[SIN 3]\nM2", 10, "3", "opening bracket", "[ after"),
     "arc tangent": ("G0 X[ATAN[1]]\nM2", 6, "ATAN[1]", "two values", "ATAN[y]/[x]"),
     "division": ("G0 X[1/[2-2]]\nM2", 7, "/", "no value for these numbers", "finite"),
     "root": ("G0 X[SQRT[0-1]]\nM2", 6, "SQRT", "SQRT has no value", "finite"),
@@ -202,7 +202,7 @@ MISTAKES = {
         "M98 P7 L1000000\nM2\nO7\nM99", 1, "M99", "repeats 100000 times", "a loop or",
     ),
     "end of no subprogram": ("G0 X1\nM99\nM2", 1, "M99", "outside of a subprogram", "M98 calls"),
-    "O word inside": ("G0 X1 O100\nM2", 7, "O100", "O word behind other words", "first in"),
+    "O word inside": ("G0 X1 O100\nM2", 7, "O100", "O word after other words", "first in"),
     "rotated arc": (
         "G10 L2 P1 R9\nG18 G2 X2 I1 F9\nM2", 5, "G2", "arc in G18 of a rotated", "arcs in G17",
     ),

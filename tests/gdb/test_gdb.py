@@ -60,7 +60,7 @@ SESSION = (
     ("continue", r"Breakpoint 6, timer_stop \(\)"),
     ("up", r"#1 .* in main \(\) at nios_sw/demo/speed.c"),
     ("print ticks >= 500 && ticks < 510", r"= 1$"),
-    ("monitor reset", r"speed is loaded, the core stands at its reset vector"),
+    ("monitor reset", r"speed is loaded, the core is at its reset vector"),
     ("maintenance flush register-cache", r"^"),
     ("print $pc", r"= \(void \(\*\)\(\)\) 0x10000000 <_start>"),
     ("kill", r"\[Inferior 1 \(.*\) killed\]"),

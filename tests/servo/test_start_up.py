@@ -148,7 +148,7 @@ def test_alignment__fit_of_whole_counts():
 
 @pytest.mark.parametrize(
     ("size", "stuck", "message"),
-    [(2.0, 0, "axis 1, under .* moved by .* check motor, encoder"), (20.0, 20, "beside a sine")],
+    [(2.0, 0, "axis 1, under .* moved by .* check motor, encoder"), (20.0, 20, "off a sine")],
 )
 def test_alignment__a_motor_that_does_not_answer_as_one_is_refused(
     size, stuck, message, monkeypatch

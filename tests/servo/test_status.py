@@ -42,7 +42,7 @@ NONE = dict.fromkeys(REGMAP.registers["STATUS"].fields, 0)
 def test_told__names_axes_causes_and_what_to_do(flags, begins, has, not_has):
     text = told(NONE | flags)
     assert text.startswith(begins) and has in text and not_has not in text
-    assert text.endswith("`recover` and start up anew")
+    assert text.endswith("`recover` and start up again")
 
 
 def test_told__nothing_without_a_fault():

@@ -112,7 +112,7 @@ def measure_loops(robot: Robot, drives: Drives, rows: Rows, report: Callable[[st
     report("frequency response, every clock")
     loops = responses(robot, drives, setting)
     bandwidth, margin = min(r.bandwidth for r in loops), min(r.margin for r in loops)
-    loop = "closed current loop behind the order filter"
+    loop = "closed current loop after the command filter"
     rows.least(f"{loop}, -3 dB, {about}", bandwidth, "Hz", 5000)
     rows.least(f"{loop}, phase margin, {about}", margin, "degrees", 45)
     report("dead time, every clock")

@@ -180,7 +180,7 @@ def align(
             raise StartUpError(f"{asked}; check motor, encoder and brake, or raise the share")
         if off[n] > MOST_OFF * size[n]:
             raise StartUpError(
-                f"{asked}, {off[n]:.1f} beside a sine; it was not at rest (dwell), or is blocked"
+                f"{asked}, {off[n]:.1f} off a sine; it was not at rest (dwell), or is blocked"
             )
     found = (angles - at + np.pi) % (2 * np.pi) - np.pi
     write_angles(system, found)

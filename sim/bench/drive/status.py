@@ -44,4 +44,4 @@ def told(status: Mapping[str, int]) -> str:
     if not causes:
         return ""
     tripped = f"tripped: {named(trip)}" if trip else "no axis has tripped"
-    return f"{tripped} ({'; '.join(causes)}); when that is mended, `recover` and start up anew"
+    return f"{tripped} ({'; '.join(causes)}); when that is mended, `recover` and start up again"

@@ -18,7 +18,7 @@ from sim.report.document import Page
 TITLE = "Microtick: from a program to motion"
 LEAD = (
     "A machine tool reads a program of lines and arcs (G-code). Before anything moves, someone "
-    "must decide how fast the tool goes at every moment, so that no drive is asked for more than "
+    "must decide how fast the tool goes at every moment, so that no drive must do more than "
     "it can do, and then make the drives follow. This page shows the project's parts that do "
     "this, on the examples of two published papers and on our own robot: first in pictures, then "
     "in numbers. Drag a rectangle in a picture to zoom, double-click to see everything again."

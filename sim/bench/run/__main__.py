@@ -92,7 +92,7 @@ def _arguments() -> argparse.ArgumentParser:
     parser.add_argument(
         "--plan-only",
         action="store_true",
-        help="tell path time, ticks and estimated time of the run, and stop",
+        help="print path time, ticks and estimated time of the run, and stop",
     )
     parser.add_argument(
         "--scope",

@@ -128,7 +128,7 @@ def profile_path(platform: str, program: Program, first: int, ticks: int) -> Pro
     trajectory = generate(parse_file(AGH, robot=robot), MotionSettings(robot))
     n = first + ticks
     if n > len(trajectory.position):
-        raise ValueError(f"the path has {len(trajectory.position)} ticks, {n} asked for")
+        raise ValueError(f"the path has {len(trajectory.position)} ticks, {n} requested")
     path = set_points(trajectory, n)
     joints = joint_path(robot, path)[0]
     counts = np.floor(joints / np.array(robot.resolution) + 0.5).astype(np.int32)

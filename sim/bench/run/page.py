@@ -65,7 +65,7 @@ def write(out: Path, shown: Shown) -> None:
     page.key_figures(_key_figures(shown))
     _what_ran(page, shown)
     _figures(page, shown)
-    page.section("Tables", "The figures of this run beside those that the paper's authors publish.")
+    page.section("Tables", "The figures of this run next to those of the paper.")
     for table in shown.tables:
         page.table(table)
     page.write(out / "index.html")

@@ -66,7 +66,7 @@ def write_page(rows: Sequence[Row], goals: Sequence[dict[str, Any]], file: Path)
     if missed:
         page.alarm("Goals that are not met:", missed)
     page.table(table(rows))
-    page.figure(_bars(rows), "Cycles of a tick beside the largest lower bound of the schedule.")
+    page.figure(_bars(rows), "Cycles of a tick next to the largest lower bound of the schedule.")
     for row in rows:
         page.section(row.name, row.built.compiled.law.doc)
         t = np.arange(row.loop.ticks) / row.rate

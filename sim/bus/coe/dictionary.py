@@ -197,7 +197,7 @@ class _Reader:
         every.sort(key=lambda o: o.index)
         for before, after in zip(every, every[1:], strict=False):
             if before.index == after.index:
-                raise DictionaryError(f"object {after.index:04X} stands twice")
+                raise DictionaryError(f"object {after.index:04X} appears twice")
         mailbox, process_data = self.document["mailbox"], self.document["process_data"]
         return Device(self.head, mailbox, process_data, tuple(every), tuple(pdos))
 

@@ -120,4 +120,4 @@ def numbers_of(rest: str) -> list[int]:
 def nothing_in(rest: str, name: str) -> None:
     """Refuse text behind a command that takes none."""
     if rest:
-        raise CommandError(f"{name} takes nothing behind it; got '{shortened(rest)}'")
+        raise CommandError(f"{name} takes no argument; got '{shortened(rest)}'")

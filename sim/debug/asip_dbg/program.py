@@ -56,8 +56,8 @@ class DebuggedProgram:
                 beside = beside.with_name(beside.name.replace(".asip.", f".{function}.asip.", 1))
             if not beside.exists():
                 raise ProgramError(
-                    f"{beside}: not there; asip-as and asip-model write it beside the image: build "
-                    "the program again, or give its source in place of the image"
+                    f"{beside}: not there; asip-as and asip-model write it next to the image: "
+                    "build the program again, or give its source in place of the image"
                 )
             self.map = DebugMap.load(beside, self.image)
         else:

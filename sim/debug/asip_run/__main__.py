@@ -85,7 +85,7 @@ def _run(options: argparse.Namespace) -> int:
     if profile and options.iss:
         raise UserError("the model has no clock cycles to profile; use --rtl", 2)
     if options.port and (profile or options.trace):
-        raise UserError("a board does not tell every write; use --rtl, or asip-scope on it", 2)
+        raise UserError("a board does not report every write; use --rtl, or asip-scope on it", 2)
     trace_on = bool(options.trace or profile)
     if options.iss and not SINES.isdisjoint(operations(image)):
         print(SINE_NOTE, file=sys.stderr)
@@ -140,7 +140,7 @@ def parse_arguments(arguments: list[str] | None) -> argparse.Namespace:
     place.add_argument(
         "--iss",
         action="store_true",
-        help="run on the instruction-set model, bits as the core's but for fsin, fcos",
+        help="run on the instruction-set model, bits as the core's except fsin, fcos",
     )
     place.add_argument(
         "--port",

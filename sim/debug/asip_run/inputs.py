@@ -108,7 +108,7 @@ def read_inputs(path: Path, types: Mapping[str, str]) -> list[dict[str, int]]:
                 if name not in types:
                     raise UserError(f"{path}:1: {unknown('input', name, types)}")
                 if header.count(name) > 1:
-                    raise UserError(f"{path}:1: input '{name}' stands in two columns")
+                    raise UserError(f"{path}:1: input '{name}' appears in two columns")
             for row in reader:
                 if not row:
                     continue

@@ -27,9 +27,7 @@ def _freeze(system: NiosSystem, words: list[str]) -> str:
     target = system.target
     target.freeze = _switch(words, "freeze", target.freeze)
     target.configure()
-    return (
-        f"timer and cycle counter of a halted core {'stand still' if target.freeze else 'run on'}"
-    )
+    return f"timer and cycle counter of a halted core {'stop' if target.freeze else 'continue'}"
 
 
 def _interrupts(system: NiosSystem, words: list[str]) -> str:
@@ -53,7 +51,7 @@ COMMANDS: dict[str, tuple[str, str, Command]] = {
     ),
     "tick": ("tick", "start a control tick, as the set-point interface does", _tick),
     "counters": ("counters", "clock cycles and instructions since reset", _counters),
-    "freeze": ("freeze [on|off]", "whether timers stand still while the core is halted", _freeze),
+    "freeze": ("freeze [on|off]", "whether timers stop while the core is halted", _freeze),
     "interrupts": ("interrupts [on|off]", "whether a single step takes interrupts", _interrupts),
     "comparators": (
         "comparators",

@@ -46,5 +46,5 @@ class NiosSystem:
         self.spent = 0
         if load:
             self.target.again()
-            return f"{self.program.name} is loaded, the core stands at its reset vector"
-        return "the core stands at its reset vector; memories are as they were: `load` again"
+            return f"{self.program.name} is loaded, the core is at its reset vector"
+        return "the core is at its reset vector; memories are as they were: `load` again"

@@ -151,7 +151,7 @@ class BlockSource:
     def send(self, command: source.Command) -> None:
         """Raises SourceError for what only a simulated machine does."""
         if not isinstance(command, Commit):
-            raise SourceError("a machine behind a debug block takes changes of gains only")
+            raise SourceError("a machine with a debug block takes changes of gains only")
         self._commands.put(command)
 
     # ------------------------------------------------------------------ events

@@ -204,7 +204,7 @@ class Session:
         begin = max(capture.at - capture.block.first, 0)
         response = values[begin:].copy()
         if len(response) < LEAST_SPAN or not np.isfinite(values).all():
-            raise SourceError("the window has too few ticks behind its trigger, or no numbers")
+            raise SourceError("the window has too few ticks after its trigger, or no numbers")
         response[0] = values[: max(begin, 1)].mean()
         amplitude = float(response[-max(len(response) // 10, 1) :].mean() - response[0])
         if amplitude == 0.0:

@@ -79,7 +79,7 @@ class Branches:
         if open_.last_branch:
             self.run.fail(
                 head,
-                f"{head.keyword} behind the else of line {open_.line[0]}'s if",
+                f"{head.keyword} after the else of line {open_.line[0]}'s if",
                 "endif",
                 "put else last",
             )

@@ -333,7 +333,7 @@ def _sweep(start: complex, centre: complex, turn: int, end: complex) -> float:
 def _gouging(what: str) -> CompensationError:
     return CompensationError(
         f"{what} ends in a concave corner that the tool cannot reach without gouging",
-        "moves longer than the tool needs beside the corner",
+        "moves longer than the tool needs at the corner",
         "take a smaller tool, or leave the corner out of the contour",
     )
 

@@ -146,7 +146,7 @@ class Execution:
         self.fail(
             head,
             f"{head.text} is not closed",
-            f"{name} {closing} behind it",
+            f"{name} {closing} after it",
             "write the closing line with the same label; the file may be truncated",
         )
 

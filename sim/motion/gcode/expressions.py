@@ -141,7 +141,7 @@ class ValueReader:
         if self._peek() != "[":
             self._fail(
                 "an opening bracket is missing",
-                "[ behind the function",
+                "[ after the function",
                 "write for instance SIN[30]",
             )
         self.at += 1

@@ -61,7 +61,7 @@ class HeadReader(LineReader):
         if self.source[self.at : self.at + 1] not in (*"0123456789#[",):
             self._fail(
                 "the O word has no label",
-                "a number, #n, [ ] or <name> behind O",
+                "a number, #n, [ ] or <name> after O",
                 "write for instance O100 call or O<pocket> call",
                 begin,
                 self.source[begin : self.at].rstrip(),
@@ -97,14 +97,14 @@ class HeadReader(LineReader):
                 )
             else:
                 self._fail(
-                    f"unexpected text behind {head.keyword}",
+                    f"unexpected text after {head.keyword}",
                     "[value] or the end of the line" if most else "the end of the line",
-                    "an O word stands alone in its line, values in brackets",
+                    "an O word is alone in its line, values in brackets",
                 )
         if len(values) < least:
             self._fail(
                 f"{head.keyword} without a value",
-                f"[ ] behind {head.keyword}",
+                f"[ ] after {head.keyword}",
                 f"write for instance {head.text} [#1 LT 10]",
                 head.column - 1,
                 head.text,

@@ -105,7 +105,7 @@ class Splines:
             return self._fail(
                 at,
                 "G5 without I and J",
-                "both, or neither behind another G5",
+                "both, or neither after another G5",
                 "give the first control point from the start of the curve",
             )
         if last is None:

@@ -26,7 +26,7 @@ class Subroutines:
                 head,
                 f"subroutine inside O{shown(self.run.frame.label)} sub",
                 "endsub before the next sub",
-                "define subroutines beside each other",
+                "define subroutines one after the other",
             )
         self._define(head, line)
 

@@ -67,7 +67,7 @@ def _take_line(text: str, tools: dict[int, Tool], unit: float, mistakes: Mistake
                 run.group(),
                 "not a word of a tool table",
                 "a letter and a number",
-                "put remarks behind a ;",
+                "put remarks after a ;",
             )
             return
         value = float(word.group(2))

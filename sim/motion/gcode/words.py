@@ -105,7 +105,7 @@ class LineReader(ValueReader):
                 elif char in "oO":
                     self.at = len(source)
                     self._fail(
-                        "O word behind other words",
+                        "O word after other words",
                         "an O word first in its line",
                         "put it on a line of its own",
                         begin,
@@ -221,7 +221,7 @@ class LineReader(ValueReader):
             self._fail(
                 "a parameter without a letter",
                 "#n = value, or a letter before it such as X#1",
-                "set it with = or use it behind a letter",
+                "set it with = or use it after a letter",
                 begin,
                 self.source[begin : self.at].rstrip(),
             )

@@ -80,7 +80,7 @@ def pulse_counted(
     """
     if phases and phases[0].start.speed == 0:
         raise PulseRecordError(
-            "phase 1: start speed 0 never makes the first pulse when rates change only behind "
+            "phase 1: start speed 0 never makes the first pulse when rates change only after "
             "a pulse; use the time-exact mode or a start speed above 0"
         )
     records: list[Record] = []
