@@ -4,12 +4,14 @@
 import os
 import re
 import shutil
+import tempfile
 from collections.abc import Generator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from asip_asm.command import cause_of
 from asip_asm.project import BUILD
 from sim.harness import build, coverage, wave_layout, waves
 from sim.model.parameters import Robot
@@ -25,6 +27,16 @@ build.optimisation = "-O1"  # a third of the time to compile; the models run nea
 def robot() -> Robot:
     """The robot of sim/robot.toml."""
     return Robot.load()
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """The folder of results is made before any test: in a read-only checkout, say so at once."""
+    if not hasattr(config, "workerinput"):
+        try:
+            BUILD.mkdir(exist_ok=True)
+            tempfile.TemporaryFile(dir=BUILD).close()
+        except OSError as error:
+            raise pytest.UsageError(cause_of(error)) from error
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -17,7 +17,7 @@ from asip_asm.project import ROOT
 from sim import processes
 from sim.fpbench import campaign
 from sim.fpbench.native import BenchError
-from tests.security.test_signals import members, obey_signals
+from tests.security.sessions import members, obey_signals
 
 DEADLINE = 30.0  # s, against a hang
 LISTENS = "0A"  # state in the kernel's table

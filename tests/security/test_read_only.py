@@ -25,6 +25,7 @@ COMMANDS = (
     "-m scripts.goals security caches",
     "-m scripts.plain_verilog --only biss_port",
     "scripts/gen_isa.py",
+    "-m pytest -p no:cacheprovider tests/asm/test_machine.py",
 )
 
 
