@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
-from sim.goals import Goal, depth, exactly
+from sim.report.goals import Goal, depth, exactly
 from tests.security.environments import PLAIN, TABLE, Environment, job, set_up
 from tests.security.outcomes import resumed
 

@@ -23,7 +23,7 @@ from functools import cache, partial
 from pathlib import Path
 
 from asip_asm.project import ROOT
-from sim.goals import Goal, depth, exactly
+from sim.report.goals import Goal, depth, exactly
 from tests.security.outcomes import resumed
 from tests.security.sessions import DEADLINE, marked, marked_environment, obey_signals
 

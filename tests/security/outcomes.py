@@ -13,7 +13,7 @@ from functools import cache
 from pathlib import Path
 
 from asip_asm.project import BUILD, ROOT
-from sim.fpbench import campaign
+from sim.core.fpbench import campaign
 
 HERE = Path(__file__).parent
 OUTCOMES = BUILD / "outcomes/security"
