@@ -4,6 +4,7 @@
 import os
 import re
 import shutil
+import signal
 import tempfile
 from collections.abc import Generator
 from pathlib import Path
@@ -29,8 +30,16 @@ def robot() -> Robot:
     return Robot.load()
 
 
+def stop(number: int, frame: object) -> None:
+    """TERM and HUP end the tests as Ctrl-C does, so that they end the programs that they run."""
+    raise KeyboardInterrupt
+
+
 def pytest_configure(config: pytest.Config) -> None:
     """The folder of results is made before any test: in a read-only checkout, say so at once."""
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, stop)
     if not hasattr(config, "workerinput"):
         try:
             BUILD.mkdir(exist_ok=True)

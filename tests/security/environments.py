@@ -22,6 +22,7 @@ from importlib.metadata import distribution
 from pathlib import Path
 
 from asip_asm.project import ROOT
+from sim.rtl.processes import run_group
 
 DEADLINE = 1800.0  # s, against a hang
 NOWHERE = "http://127.0.0.1:9/simple"
@@ -263,9 +264,9 @@ def shell(
     variables = base | {k: v for k, v in what.variables.items() if v is not None} | changes
     for name in [name for name, value in what.variables.items() if value is None]:
         variables.pop(name, None)
-    return subprocess.run(
-        whole, cwd="/", env=variables, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT, text=True, errors="replace", timeout=DEADLINE,
+    return run_group(
+        whole, DEADLINE, cwd="/", env=variables, stdin=subprocess.DEVNULL,
+        stderr=subprocess.STDOUT, errors="replace",
     )  # fmt: skip
 
 

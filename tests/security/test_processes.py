@@ -17,7 +17,7 @@ from asip_asm.project import ROOT
 from sim.core.fpbench import campaign
 from sim.core.fpbench.native import BenchError
 from sim.rtl import processes
-from tests.security.sessions import members, obey_signals
+from tests.security.sessions import marked, marked_environment, members, obey_signals
 
 DEADLINE = 30.0  # s, against a hang
 LISTENS = "0A"  # state in the kernel's table
@@ -101,6 +101,33 @@ def test_killed_job__leaves_no_worker(name, tmp_path):
         if members(job.pid):
             os.killpg(job.pid, signal.SIGKILL)
         job.wait()
+
+
+GRANDCHILD = "sleep 600 & echo $!; wait"
+
+
+@pytest.mark.parametrize("stopped", [subprocess.TimeoutExpired, KeyboardInterrupt])
+def test_program__that_is_not_over__ends_with_all_that_it_started(stopped, monkeypatch):
+    mark = f"{stopped.__name__} of {os.getpid()}"
+    if stopped is KeyboardInterrupt:
+        monkeypatch.setattr(subprocess.Popen, "communicate", interrupt)
+    with pytest.raises(stopped):
+        processes.run_group(["sh", "-c", GRANDCHILD], 0.5, env=marked_environment(mark))
+    end = time.monotonic() + DEADLINE
+    while marked(mark) and time.monotonic() < end:
+        time.sleep(0.02)
+    assert marked(mark) == {}
+
+
+def interrupt(job: subprocess.Popen[str], *_: object) -> None:
+    """As Ctrl-C once the program runs."""
+    assert job.stdout is not None and job.stdout.readline()
+    raise KeyboardInterrupt
+
+
+def test_program__gets_its_input__and_its_texts_come_back():
+    done = processes.run_group(["sh", "-c", "cat; echo no >&2; exit 3"], input="yes")
+    assert (done.returncode, done.stdout, done.stderr) == (3, "yes", "no\n")
 
 
 def test_end_with_parent__in_the_main_process_is_a_mistake():
