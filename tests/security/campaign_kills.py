@@ -38,7 +38,7 @@ TESTS = "PYTEST_ADDOPTS=tests/asm/test_cli.py tests/security/test_processes.py"
 QUICK = {"run": (4, RUN)}
 FULL = {
     "run": (40, RUN),
-    "test": (40, ("test", "-o", "lint", "-o", "gen-check", TESTS)),
+    "test": (40, ("test", "-o", "checks", TESTS)),
     "robots": (20, ("robots", "T=pendulum")),
 }
 """Short forms: the tests are two files, without the checks of sources before them."""

@@ -36,7 +36,7 @@ probe: $(READY)
 """
 OF_PIP = ("PIP_INDEX_URL", "PIP_FIND_LINKS", "PIP_CERT", "PIP_PROXY", "HTTPS_PROXY")
 """Where packages come from."""
-TEST = ("test", "-o", "lint", "-o", "gen-check", "JOBS=0", "PYTEST_ADDOPTS=tests/asm/test_cli.py")
+TEST = ("test", "-o", "checks", "JOBS=0", "PYTEST_ADDOPTS=tests/asm/test_cli.py")
 """The test command with one file of tests, without the checks of sources before it."""
 OF_THE_PLACE = ("checksum", "sources", "simulation")
 SQUARE = '.program "µ"\n.input x\n.output F, safe = 0.0\n fmul y, x, x\n mov F, y\n halt\n'
