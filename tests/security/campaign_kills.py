@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Goals of killed jobs: no process is left, no output is damaged, the job runs again.
 
-A kill is a signal and whom it goes to. "make" is make alone. "terminal" is the whole group of
-processes, as Ctrl-C in a terminal reaches it. "job" is what make has started, so that the workers
-of a job that is killed must end by themselves. "any" is one process below make, chosen at random:
-a shell, a worker, a compiler. The job may then end by itself.
+A kill is a signal and whom it goes to. "first" is make alone, or the command where none is in
+front of it. "terminal" is the whole group of processes, as Ctrl-C in a terminal reaches it. "job"
+is what the first one has started, so that the workers of a job that is killed must end by
+themselves. "any" is one process below the first, chosen at random: a shell, a worker, a compiler.
+The job may then end by itself.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import os
 import random
 import signal
 import subprocess
+import sys
 import tempfile
 import time
 import xml.etree.ElementTree as ElementTree
@@ -30,16 +32,17 @@ from tests.security.sessions import DEADLINE, marked, marked_environment, obey_s
 KILLS = 100
 CURE = "make goals T='security kills' RUN=full"
 KINDS = (
-    ("SIGTERM", "make"), ("SIGINT", "terminal"), ("SIGHUP", "terminal"), ("SIGKILL", "job"),
+    ("SIGTERM", "first"), ("SIGINT", "terminal"), ("SIGHUP", "terminal"), ("SIGKILL", "job"),
     ("SIGTERM", "any"), ("SIGINT", "any"), ("SIGHUP", "any"), ("SIGKILL", "any"),
 )  # fmt: skip
-RUN = ("run", "TICKS=5", "PLATFORMS=fpga3")
+RUN = ("make", "run", "TICKS=5", "PLATFORMS=fpga3")
 TESTS = "PYTEST_ADDOPTS=tests/asm/test_cli.py tests/security/test_processes.py"
+MICROTICK = (sys.executable, "-m", "sim.verbs")
 QUICK = {"run": (4, RUN)}
 FULL = {
     "run": (40, RUN),
-    "test": (40, ("test", "-o", "checks", TESTS)),
-    "robots": (20, ("robots", "T=pendulum")),
+    "test": (40, ("make", "test", "-o", "checks", TESTS)),
+    "robots": (20, (*MICROTICK, "robots", "--only", "pendulum")),
 }
 """Short forms: the tests are two files, without the checks of sources before them."""
 PNG_END = b"IEND\xaeB`\x82"
@@ -98,8 +101,8 @@ def outputs(folder: Path) -> list[Path]:
 
 
 def start(words: Sequence[str], output: Path, mark: str) -> subprocess.Popen[bytes]:
-    """Start a target of the Makefile in a session of its own."""
-    command = ["make", *words, *([f"OUTPUT={output}"] if words[0] == "run" else [])]
+    """Start a command in a session of its own; the main job writes to `output`."""
+    command = [*words, *([f"OUTPUT={output}"] if "run" in words else [])]
     return subprocess.Popen(
         command, cwd=ROOT, env=marked_environment(mark), start_new_session=True,
         preexec_fn=obey_signals,
@@ -119,7 +122,7 @@ def send(
     """Send a signal as the module's text says; nothing if the job is over."""
     number, whom = getattr(signal, kind[0]), kind[1]
     try:
-        if whom == "make":
+        if whom == "first":
             job.send_signal(number)
         elif whom == "terminal":
             os.killpg(job.pid, number)
@@ -177,7 +180,7 @@ def length_of(words: Sequence[str], folder: Path) -> float:
     """How long a job takes when nothing kills it, in s."""
     begun = time.monotonic()
     if start(words, folder, "unharmed").wait() != 0:
-        raise RuntimeError(f"make {' '.join(words)} fails before any kill")
+        raise RuntimeError(f"{' '.join(words)} fails before any kill")
     return time.monotonic() - begun
 
 

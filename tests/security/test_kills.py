@@ -49,7 +49,7 @@ def test_survivor__is_seen_in_any_session_and_ended(monkeypatch):
     with job:
         assert job.stdout is not None and job.stdout.readline() == b"\n"
         assert len(children(job.pid)) == 1
-        send(job, ("SIGTERM", "make"), mark, random.Random(1))
+        send(job, ("SIGTERM", "first"), mark, random.Random(1))
         assert [text.strip() for text in survivors(job, mark, 10.0)] == ["sleep 600"]
         assert survivors(job, mark, 10.0) == []
 
@@ -57,7 +57,7 @@ def test_survivor__is_seen_in_any_session_and_ended(monkeypatch):
 @pytest.mark.parametrize(
     ("kind", "dead"),
     [
-        (("SIGKILL", "make"), [True, False]),
+        (("SIGKILL", "first"), [True, False]),
         (("SIGTERM", "terminal"), [True, True]),
         (("SIGTERM", "job"), [False, True]),
         (("SIGTERM", "any"), [False, True]),
