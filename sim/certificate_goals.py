@@ -17,7 +17,7 @@ from asip_asm.model.compiler import compile_law
 from asip_asm.model.law import Law
 from asip_asm.project import BUILD
 from sim.certificate_errors import largest_errors
-from sim.goals import Goal, at_most, exactly
+from sim.goals import Goal, at_most, exactly, paced
 from sim.model.drives import Drives
 from sim.model.parameters import Robot
 from sim.prove_program import SEED, Sample
@@ -84,7 +84,7 @@ def rows(full: bool) -> Iterator[Goal]:
     """Goals of all laws; build/certificates.json has the certificates."""
     found: list[Row] = []
     effort, inputs = (EFFORT, INPUTS) if full else (QUICK_EFFORT, QUICK_INPUTS)
-    for name, subject in subjects().items():
+    for name, subject in paced(list(subjects().items()), "certificates"):
         found.append(measure(name, subject, effort, inputs))
         FILE.parent.mkdir(parents=True, exist_ok=True)
         content = {row.name: row.content for row in found}

@@ -18,7 +18,7 @@ from asip_asm.model.law import Law, build_graph
 from asip_asm.model.simplify import simplify
 from asip_asm.model.sine import angles, replace_sines
 from asip_asm.model.sums import SumBuilder
-from sim.goals import Goal, at_most, depth, exactly
+from sim.goals import Goal, at_most, depth, exactly, paced
 from sim.prove_program import Proof, compare, draw, exact_results, rounded_sine
 from sim.robots.catalogue import data_folder
 from sim.robots.description import Description, read_description
@@ -111,7 +111,7 @@ def core_operations_of(law: Law) -> Compiled:
 
 def run_campaign(files: Sequence[Path], inputs: int = INPUTS) -> Iterator[Tried]:
     """The files one after another."""
-    for file in files:
+    for file in paced(files, "URDF files"):
         yield try_file(file, inputs)
 
 
