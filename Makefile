@@ -36,9 +36,17 @@ export SEED WAVES
 PYTHON_ALLOWED := PYTHON PYTHONDONTWRITEBYTECODE PYTHONPYCACHEPREFIX PYTHONUNBUFFERED
 unexport $(filter-out $(PYTHON_ALLOWED),$(filter PYTHON%,$(.VARIABLES)))
 export PYTHONNOUSERSITE := 1
+# Tests start Python hundreds of times, so it compiles each module once. Who wants no such files beside
+# the sources has them in build.
+ifdef PYTHONDONTWRITEBYTECODE
+test test-full: export PYTHONPYCACHEPREFIX := $(CURDIR)/build/pycache
+test test-full: export PYTHONDONTWRITEBYTECODE :=
+endif
 export PYTHONUTF8 := 1
 
 .PHONY: help setup setup-synth run dual test test-full test-mutants fuzz lint lock clean
+# Parts of lint, and what make test looks at before it runs.
+.PHONY: checks lint-rtl lint-python lint-registers lint-site
 .PHONY: format gen gen-check docs readme site sbom goals
 .PHONY: formal fp-case fp-bench fp-campaign fp-report
 .PHONY: robots side-by-side
@@ -57,10 +65,10 @@ run: $(READY) ## the main job: track a path through RTL in closed loop (GCODE, R
 dual: $(READY) ## two processors: set-points on one core, tracking on the other, in closed loop (GCODE=file, ROBOT=file, OVERRIDE=percent)
 	@exec $(PY) -m sim.bench.dual "$(GCODE)" --robot "$(ROBOT)" --output "$(OUTPUT)/dual" $(if $(OVERRIDE),--override "$(OVERRIDE)")
 
-test: $(READY) tools-for-tests lint gen-check ## every test but the deep campaigns (T=expression, SEED=n, WAVES=1)
+test: $(READY) tools-for-tests checks ## every test but the deep campaigns (T=expression, SEED=n, WAVES=1)
 	exec $(PYTEST) -m "not full" $(if $(T),-k "$(T)")
 
-test-full: $(READY) tools-for-tests lint gen-check ## the deep campaigns too
+test-full: $(READY) tools-for-tests checks ## the deep campaigns too
 	exec $(PYTEST) $(if $(T),-k "$(T)")
 
 test-mutants: $(READY) ## planted faults in the arithmetic units, each must be found by the short set (resumes)
@@ -86,15 +94,28 @@ tools-for-tests: $(READY) $(if $(filter true,$(CI)),$(READY_SYNTH) rs274)
 rs274: $(READY) ## get LinuxCNC's interpreter, the reference of the G-code tests (make test does under CI=true)
 	@exec $(PY) -m sim.motion.gcode.oracle
 
-lint: $(READY) ## ruff, import rules; Verilator, slang and our subset on the RTL; links of the documents
+# Half a minute less than one after another.
+checks: $(READY)
+	@$(MAKE) --no-print-directory --output-sync=target -j$(JOBS) lint gen-check
+
+lint: lint-rtl lint-python lint-registers lint-site ## ruff, import rules; Verilator, slang and our subset on the RTL; links of the documents
+	@echo "lint: clean"
+
+lint-rtl: $(READY)
+	@$(PY) scripts/lint_rtl.py
+
+lint-python: $(READY)
 	$(VENV)/bin/ruff check -q .
 	$(VENV)/bin/ruff format -q --check .
 	@found=$$($(VENV)/bin/lint-imports --no-logo --no-cache) || { echo "$$found"; exit 1; }
-	@$(PY) scripts/lint_rtl.py
+	@$(PY) -m scripts.lint_rooms
+
+lint-registers: $(READY)
 	@$(PY) scripts/rtl_subset.py
 	@$(PY) scripts/lint_registers.py
+
+lint-site: $(READY)
 	@$(SITE)
-	@echo "lint: clean"
 
 format: $(READY) ## format Python with ruff and SystemVerilog with verible
 	$(VENV)/bin/ruff format -q .

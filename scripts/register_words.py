@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import ast
 import functools
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from importlib import import_module
@@ -31,6 +32,8 @@ ESC = {
 ESC_MODULE = esc_regmap.__name__
 SHIFTS = (ast.LShift, ast.RShift)
 WORDS = ("word", "words", "value", "data")  # keywords that take a register's word
+# A file without any of these has no use of a register: by its name, its record or its word().
+NAMED = re.compile(rf"esc_regmap|\bword\(|[\"'](?:{'|'.join(sorted(FIELDS))})[\"']")
 
 Finding = tuple[int, str]
 
@@ -239,6 +242,8 @@ def uses_of(node: ast.AST, scope: Scope) -> Iterator[tuple[str, ast.expr, bool]]
 def python_findings(path: Path) -> tuple[int, list[Finding]]:
     """Uses of registers with fields, and the findings among them."""
     uses, found = 0, []
+    if not NAMED.search(path.read_text(encoding="utf-8")):
+        return uses, found
     for inside, scope in scopes(parsed(path)):
         for node in inside:
             for name, at, wrong in uses_of(node, scope):

@@ -44,7 +44,8 @@ def write_plain(
         *(f"chparam -set {k} {literal(v)} {top}" for k, v in (parameters or {}).items()),
         "read_verilog -lib +/ecp5/cells_bb.v",  # the PLL of a board stays an instance
         f"hierarchy -check -top {top}; proc; flatten; opt_clean; check -assert",
-        f"memory_collect; opt_clean; rename {top} {name}" if name != top else "memory_collect",
+        "memory_collect; opt_clean",
+        f"rename -top {name}",  # hierarchy may have named the top after its parameters
         # Alone through a pipe: the tool may not see the folder of the file (wasm.py).
         f"write_verilog -noattr {file}" if more else "write_verilog -noattr",
     ]

@@ -19,15 +19,23 @@ OPTIONS = "--binary --timing --assert -O3 -Wno-fatal --x-initial unique --x-assi
 class Program:
     """Bench `top` as a program in `folder`, or with WAVES=1 in a folder beside it.
 
-    `options` are further ones of Verilator. Raises RuntimeError with the end of the log.
+    `options` are further ones of Verilator, `optimisation` is the compiler's. Raises RuntimeError
+    with the end of the log.
     """
 
-    def __init__(self, top: str, sources: Sequence[Path], folder: Path, *options: str) -> None:
+    def __init__(
+        self,
+        top: str,
+        sources: Sequence[Path],
+        folder: Path,
+        *options: str,
+        optimisation: str = "-O1",
+    ) -> None:
         self.top = top
         self.folder = folder.with_name(f"{folder.name}_waves") if waves.wanted() else folder
         self.folder.mkdir(parents=True, exist_ok=True)
         work = workshop(self.folder)
-        objects, variables = linked(*RUNTIME)
+        objects, variables = linked(*RUNTIME, optimisation=optimisation)
         command = [verilator_driver(), *OPTIONS.split(), "-CFLAGS", "-std=c++20", *options]
         command += ["-MAKEFLAGS", variables, *objects, *waves.flags(), "--top-module", top]
         command += ["--Mdir", work, *(plain(path) for path in sources)]

@@ -16,11 +16,11 @@ from sim.bench.dual.loop import TICK, Loop, differing, follow, stretches_of
 from sim.bench.dual.moves import moves_of
 from sim.bench.dual.report import DATA, PAGE, PageError, nominal_clocks, publish, replaced
 from sim.bench.dual.system import TwoProcessors
-from sim.bench.run.nios import set_points
 from sim.core import closed_loop
 from sim.core.controller import ControllerFault
 from sim.motion.gcode.interpreter import parse_file
 from sim.motion.trajectory.exact_stop import generate
+from sim.motion.trajectory.program import set_points
 from sim.report.marks import MarksError
 from sim.robot.parameters import Robot
 from tests.dual.test_path import MOVES, QUICK, SHORT

@@ -111,7 +111,8 @@ def run(
     """
     known = known or {}
     limit = limit or proof.timeout
-    method = multiprocessing.get_context("spawn")
+    method = multiprocessing.get_context("forkserver")  # modules are imported once, not a process
+    method.set_forkserver_preload([__name__])
     done = 0
     while True:
         here, there = method.Pipe(duplex=False)

@@ -17,7 +17,7 @@ from rich.console import Console
 from asip_asm.command import command
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.isa import IsaError, default_isa
-from asip_asm.project import BUILD, ROOT
+from asip_asm.project import BUILD
 from sim.bench.dual.loop import Loop, follow, stretches_of
 from sim.bench.dual.moves import PathNotSuitedError, moves_of
 from sim.bench.dual.report import (
@@ -30,7 +30,6 @@ from sim.bench.dual.report import (
     write,
 )
 from sim.bench.dual.system import TwoProcessors, program
-from sim.bench.run.nios import set_points
 from sim.bench.run.progress import TickProgress
 from sim.core import closed_loop
 from sim.core.controller import AsipController, ControllerFault
@@ -39,6 +38,7 @@ from sim.motion.gcode.interpreter import GcodeErrors, parse_file
 from sim.motion.geometry.override import overridden_program
 from sim.motion.lookahead.limits import MachineLimits
 from sim.motion.trajectory.exact_stop import MotionSettings, WorkspaceError, generate
+from sim.motion.trajectory.program import AGH, set_points
 from sim.report.marks import MarksError
 from sim.robot.parameters import ParameterError, Robot
 from sim.robot.records import SetPoints
@@ -185,9 +185,7 @@ def main(argv: list[str] | None = None) -> int:
         "from the same state, and the run stops if any bit of words, commands, counts or positions "
         "differs. results.json is written as it goes; a stopped run says there how far it got.",
     )
-    parser.add_argument(
-        "gcode", type=Path, nargs="?", default=ROOT / "sim/paths/agh.ngc", help="path (RS-274)"
-    )
+    parser.add_argument("gcode", type=Path, nargs="?", default=AGH, help="path (RS-274)")
     add_robot_option(parser, "dual")
     add_override_option(parser)
     parser.add_argument("--ticks", type=int, help="only the first TICKS ticks of the path")
