@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The closed loop of `make dual`: repeats at another period, partial results, page of figures."""
+"""The closed loop of `microtick dual`: repeats at another period, partial results, page."""
 
 from __future__ import annotations
 
@@ -253,13 +253,15 @@ def test_page__takes_no_other_run(change, tmp_path):
     data = json.loads(DATA.read_text(encoding="utf-8")) | change
     file = tmp_path / "results.json"
     file.write_text(json.dumps(data))
-    with pytest.raises(PageError, match="the page shows the whole path A-G-H: run `make dual`"):
+    with pytest.raises(
+        PageError, match="the page shows the whole path A-G-H: run `microtick dual`"
+    ):
         publish(file, tmp_path / "page.md", tmp_path / "kept.json")
     assert not (tmp_path / "kept.json").exists()
 
 
 def test_page__without_results_or_marks_says_what_to_do(tmp_path, capsys):
     assert command.main(["--docs", "--output", str(tmp_path)]) == 1
-    assert "run `make dual` first" in " ".join(capsys.readouterr().out.split())
+    assert "run `microtick dual` first" in " ".join(capsys.readouterr().out.split())
     with pytest.raises(MarksError, match="0 pairs of marks `<!-- whole path"):
         replaced("nothing", json.loads(DATA.read_text(encoding="utf-8")))

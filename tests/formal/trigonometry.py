@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Proofs of fp_sincos: operands outside the reduction, symmetry, independence of earlier operands.
 
-Between 2^-12 and 256 rad the unit approximates; `make fp-campaign` measures the error of every
+Between 2^-12 and 256 rad the unit approximates; `microtick fp campaign` measures the error of every
 operand there. `angle_outside` proves the rest of the operands, `angle_symmetry` that the result is
 a function of the operand alone and has the symmetry of the function, so that what was measured
 with one operand after another holds in any order.
@@ -156,7 +156,7 @@ def turned(run: Run, cycle: int) -> Term:
 @proof(
     "fp_sincos",
     "sin(-x) = -sin(x) and cos(-x) = cos(x), flags included, and the result is a function of the "
-    "operand, whatever was computed before and stands at the inputs meanwhile: two units stay "
+    "operand, whatever was computed before and is at the inputs meanwhile: two units stay "
     "equal, step by step, in all that the operand determines",
     "all",
     quick=True,

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from asip_asm.command import command
+from asip_asm.command import command, command_parser
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.isa import IsaError, default_isa
 from asip_asm.project import BUILD
@@ -45,6 +45,16 @@ from sim.robot.records import SetPoints
 from sim.robot.tracking import joint_path
 from sim.rtl.asip_rtl import AsipError
 from sim.rtl.build import BuildError
+
+EPILOG = """\
+examples:
+  python -m sim.bench.dual sim/paths/agh.ngc --ticks 2000 --period 12500
+  python -m sim.bench.dual --short-only
+  python -m sim.bench.dual --docs
+
+Both ends of the path and its corners are repeated with the clocks of a control period from the same
+state. The run stops if any bit of words, commands, counts or positions differs. results.json is
+written during the run; a stopped run records there how far it got."""
 
 SHORT_PERIOD = 512  # clocks: above the work of a period in every configuration
 SAVE_TICKS = 10_000  # between two partial results
@@ -176,15 +186,7 @@ def _so_far(figures: Callable[[], dict[str, Any]], loop: Loop) -> dict[str, Any]
 @command("python -m sim.bench.dual")
 def main(argv: list[str] | None = None) -> int:
     """Command line; returns the exit code."""
-    parser = argparse.ArgumentParser(
-        prog="python -m sim.bench.dual",
-        description=__doc__,
-        epilog="examples: python -m sim.bench.dual sim/paths/agh.ngc --ticks 2000 --period 12500; "
-        "python -m sim.bench.dual --short-only; python -m sim.bench.dual --docs. "
-        "Both ends of the path and its corners are repeated with the clocks of a control period "
-        "from the same state, and the run stops if any bit of words, commands, counts or positions "
-        "differs. results.json is written as it goes; a stopped run says there how far it got.",
-    )
+    parser = command_parser("python -m sim.bench.dual", __doc__, EPILOG)
     parser.add_argument("gcode", type=Path, nargs="?", default=AGH, help="path (RS-274)")
     add_robot_option(parser, "dual")
     add_override_option(parser)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Everything of the motion front-end that can be shown, from one command: `make motion`.
+"""Everything of the motion front-end that can be shown, from one command: `microtick motion`.
 
-Figures of two papers (docs/sources.md) drawn anew, the drive and feed-forward study, the front-end
+Figures of two papers (docs/law.md) drawn anew, the drive and feed-forward study, the front-end
 as RTL on a move of the S-curve paper and on a G64 program, and the goals: two tables, results.json,
 one page with plots.
 """
@@ -21,7 +21,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from asip_asm.command import command
+from asip_asm.command import command, command_parser
 from asip_asm.files import write_text
 from sim.bench.cnc import figures as drive_figures
 from sim.bench.cnc.robot import PAYLOAD
@@ -41,7 +41,7 @@ ROOT = Path(__file__).resolve().parents[3]
 FIGURES = {"planner": planner_figures, "lookahead": lookahead_figures, "drive": drive_figures}
 LOOKAHEAD_PATH = lookahead_figures.PATH_FILE
 LOOKAHEAD_CORNER = lookahead_figures.CORNER_FILE
-# Names of the papers on the page and in docs/sources.md, by the beginning of a picture's name.
+# Names of the papers on the page and in docs/law.md, by the beginning of a picture's name.
 PAPERS = {"cnc": "CNC", "scurve": "S-curve"}
 WIDTH = 160  # of a log
 CAPTION = (
@@ -226,11 +226,8 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
 @command("python -m sim.bench.motion.show")
 def main(argv: list[str] | None = None) -> int:
     """Command line; returns the exit code."""
-    parser = argparse.ArgumentParser(
-        prog="python -m sim.bench.motion.show",
-        description=__doc__,
-        epilog="example: python -m sim.bench.motion.show --no-rtl --output build/motion",
-    )
+    example = "example: python -m sim.bench.motion.show --no-rtl --output build/motion"
+    parser = command_parser("python -m sim.bench.motion.show", __doc__, example)
     parser.add_argument(
         "--output", type=Path, default=ROOT / "build/motion", help="folder of everything written"
     )
