@@ -59,11 +59,11 @@ help: ## list targets and variables
 	@echo "  RUN=$(RUN) (full: every tick on FPGA1 and FPGA2; plan: path time and estimate only)  T=$(T) (test filter)  SEED=$(SEED)  JOBS=$(JOBS)"
 
 run: $(READY) ## the main job: track a path through RTL in closed loop (GCODE, ROBOT, OUTPUT, TICKS, OVERRIDE, PLATFORMS, SCOPE=1)
-	@exec $(PY) -m sim.run "$(GCODE)" --robot "$(ROBOT)" --output "$(OUTPUT)" $(if $(TICKS),--ticks "$(TICKS)") $(if $(OVERRIDE),--override "$(OVERRIDE)") $(if $(TOOLS),--tools "$(TOOLS)") \
+	@exec $(PY) -m sim.bench.run "$(GCODE)" --robot "$(ROBOT)" --output "$(OUTPUT)" $(if $(TICKS),--ticks "$(TICKS)") $(if $(OVERRIDE),--override "$(OVERRIDE)") $(if $(TOOLS),--tools "$(TOOLS)") \
 	  $(if $(PLATFORMS),--platforms "$(PLATFORMS)") $(if $(filter full,$(RUN)),--all-ticks) $(if $(filter plan,$(RUN)),--plan-only) $(if $(SCOPE),--scope)
 
 dual: $(READY) ## two processors: set-points on one core, tracking on the other, in closed loop (GCODE=file, ROBOT=file, OVERRIDE=percent)
-	@exec $(PY) -m sim.dual "$(GCODE)" --robot "$(ROBOT)" --output "$(OUTPUT)/dual" $(if $(OVERRIDE),--override "$(OVERRIDE)")
+	@exec $(PY) -m sim.bench.dual "$(GCODE)" --robot "$(ROBOT)" --output "$(OUTPUT)/dual" $(if $(OVERRIDE),--override "$(OVERRIDE)")
 
 test: $(READY) tools-for-tests checks ## every test but the deep campaigns (T=expression, SEED=n, WAVES=1)
 	exec $(PYTEST) -m "not full" $(if $(T),-k "$(T)")
@@ -92,7 +92,7 @@ tools-for-tests: $(READY) $(if $(filter true,$(CI)),$(READY_SYNTH) rs274)
 	@scripts/bender.sh --for-tests
 
 rs274: $(READY) ## get LinuxCNC's interpreter, the reference of the G-code tests (make test does under CI=true)
-	@exec $(PY) -m sim.gcode.oracle
+	@exec $(PY) -m sim.motion.gcode.oracle
 
 # Half a minute less than one after another.
 checks: $(READY)
@@ -147,13 +147,13 @@ gen-check: $(READY) ## refuse generated files that differ from their sources
 	@$(PY) scripts/gen_ethercat.py --check
 
 robots: $(READY) ## compile, prove and close the loop of every robot shown, to build/shown_robots.json and .html (T=names)
-	@exec $(PY) -m sim.robots $(if $(T),--only $(T))
+	@exec $(PY) -m sim.bench.shown_robots $(if $(T),--only $(T))
 
 side-by-side: $(READY) ## one law on the core, on FPGA2 and on this machine, to build/side_by_side.json (T=robot)
-	@exec $(PY) -m sim.platforms $(if $(T),--law $(T))
+	@exec $(PY) -m sim.bench.platforms $(if $(T),--law $(T))
 
 motion: $(READY) ## the motion front-end: figures of the papers, drive study, RTL, on one page (RUN=full)
-	@exec $(PY) -m sim.motion.show --robot "$(ROBOT)" $(if $(filter full,$(RUN)),--full)
+	@exec $(PY) -m sim.bench.motion.show --robot "$(ROBOT)" $(if $(filter full,$(RUN)),--full)
 
 goals: $(READY_SYNTH) ## measure goals, to build/NAME.json (T=NAME, RUN=full; without T the names)
 	@exec $(PY) -m scripts.goals $(T) $(if $(filter full,$(RUN)),--full)
@@ -171,7 +171,7 @@ motion-size: $(READY_SYNTH) ## area and clock of the motion front-end with Yosys
 	@exec $(PY) -m scripts.motion_size $(if $(SEEDS),--seeds $(SEEDS))
 
 nios-cycles: $(READY) ## measure the Nios II core's cycle table and write it into docs/nios_core.md
-	@exec $(PY) -m sim.harness.n2_lockstep_cycles
+	@exec $(PY) -m sim.rtl.n2_lockstep_cycles
 
 synth: $(READY_SYNTH) ## area and speed of every top with Yosys and nextpnr, to build/synth.json (hours)
 	@$(PY) scripts/synth.py --jobs $(JOBS) $(if $(TOPS),--only $(TOPS)) $(if $(SEEDS),--seeds $(SEEDS))
@@ -186,16 +186,16 @@ formal: $(READY_SYNTH) ## prove the arithmetic units and the motion front-end, t
 	@exec $(PY) -m tests.formal $(if $(T),--only $(T))
 
 fp-case: $(READY) ## one case of an arithmetic unit: make fp-case OP=mul A=00ffffff B=3f000000
-	@exec $(PY) -m sim.fpbench case $(OP) $(A) $(B) $(C)
+	@exec $(PY) -m sim.core.fpbench case $(OP) $(A) $(B) $(C)
 
 fp-bench: $(READY) ## short set and rate of every arithmetic operation (OP=name for one)
-	@exec $(PY) -m sim.fpbench bench $(if $(OP),--op $(OP))
+	@exec $(PY) -m sim.core.fpbench bench $(if $(OP),--op $(OP))
 
 fp-campaign: $(READY) ## exhaustive, random and cross-product cases of the arithmetic units (resumes; SCHEDULER=address of a Dask cluster)
-	@exec $(PY) -m sim.fpbench campaign --jobs $(JOBS) $(if $(SCHEDULER),--scheduler $(SCHEDULER))
+	@exec $(PY) -m sim.core.fpbench campaign --jobs $(JOBS) $(if $(SCHEDULER),--scheduler $(SCHEDULER))
 
 fp-report: $(READY) ## put what the campaign has covered into docs/arithmetic_evidence.md
-	@exec $(PY) -m sim.fpbench report
+	@exec $(PY) -m sim.core.fpbench report
 
 plain: $(READY_SYNTH) ## each core as one plain Verilog-2001 file, to build/plain (TOPS=...)
 	@exec $(PY) -m scripts.plain_verilog $(if $(TOPS),--only $(TOPS))
@@ -209,7 +209,7 @@ nios-sw: $(READY) ## programs of the Nios II systems and their committed images,
 	@$(PY) scripts/own_c_page.py
 
 nios-bench: $(READY) ## Dhrystone and the law per MHz on FPGA1 and FPGA2, and the C programs of a folder (PROGRAMS=folder)
-	@exec $(PY) -m sim.nios_bench $(if $(PROGRAMS),"$(PROGRAMS)")
+	@exec $(PY) -m sim.bench.nios_bench $(if $(PROGRAMS),"$(PROGRAMS)")
 
 nios-toolchain: ## cross compiler and GDB for Nios II from Debian's source packages (about 30 minutes, once)
 	@scripts/nios_toolchain.sh

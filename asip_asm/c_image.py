@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Program images as C: tables for the driver of `sim/driver/asip.h` and names of inputs, outputs
+"""Program images as C: tables for the driver of `sim/core/host/asip.h` and names of inputs, outputs
 and exports as enumeration constants."""
 
 from __future__ import annotations

@@ -29,8 +29,8 @@ from scripts.synth_unit import (
     read_commands,
     units_kept,
 )
-from sim.harness.sources import sources_of
-from sim.page.provenance import commit
+from sim.report.provenance import commit
+from sim.rtl.sources import sources_of
 
 ROOT = Path(__file__).resolve().parents[1]
 OUTPUT = ROOT / "build/boards"

@@ -23,8 +23,8 @@ from asip_asm.command import command, script_parser
 from asip_asm.project import BUILD, ROOT
 from scripts import bus_page
 from scripts.bus_rows import PRODUCERS, Order
-from sim.goals import Goal, as_json, markdown_table, missed, terminal_table, write_goals
-from sim.page.marks import write_between_marks
+from sim.report.goals import Goal, as_json, markdown_table, missed, terminal_table, write_goals
+from sim.report.marks import write_between_marks
 
 RESULTS = BUILD / "bus.json"
 PAGE = ROOT / "docs/ethercat.md"

@@ -9,9 +9,9 @@ import numpy as np
 import plotly.graph_objects as go
 from rich.table import Table
 
-from sim.page import provenance
-from sim.page.curves import box, framed, panels
-from sim.page.document import Page
+from sim.report import provenance
+from sim.report.curves import box, framed, panels
+from sim.report.document import Page
 
 TITLE = "Microtick: five axes on the bus"
 LEAD = (
@@ -23,7 +23,7 @@ POINTS = 4_000
 
 
 def write(file: Path, table: Table, curves: Path | None) -> None:
-    """Write the page of these rows; curves: what sim.ethercat.path_run has saved."""
+    """Write the page of these rows; curves: what sim.bus.path_run has saved."""
     page = Page(TITLE, LEAD)
     page.facts({"date": provenance.now(), "commit": provenance.commit()})
     page.section("Numbers", "What was to be reached, and what this run has measured.")

@@ -14,16 +14,16 @@ from typing import Any
 from asip_asm.files import write_text
 from asip_asm.project import BUILD, ROOT
 from scripts.motion_size import area, speed
-from sim.coe.dictionary import load
-from sim.ethercat import ethercrab_master
-from sim.ethercat.clocks import synchronise
-from sim.ethercat.device_run import CYCLE_CLOCKS
-from sim.ethercat.line import Line, library
-from sim.ethercat.measure import CLOCK_PS, forwarding, keeps_cycle
-from sim.ethercat.tap import in_namespace
-from sim.goals import Goal, at_least, at_most, depth, not_measured
-from sim.harness.sources import sources_of
-from sim.model.parameters import Robot
+from sim.bus import ethercrab_master
+from sim.bus.clocks import synchronise
+from sim.bus.coe.dictionary import load
+from sim.bus.device_run import CYCLE_CLOCKS
+from sim.bus.line import Line, library
+from sim.bus.measure import CLOCK_PS, forwarding, keeps_cycle
+from sim.bus.tap import in_namespace
+from sim.report.goals import Goal, at_least, at_most, depth, not_measured
+from sim.robot.parameters import Robot
+from sim.rtl.sources import sources_of
 from tests.ethercat import sequences
 from tests.ethercat import stops as random_stops
 from tests.ethercat.test_cia402 import random_controlwords, transitions_one_by_one
@@ -48,14 +48,25 @@ SCAPY_CHAINS = 20
 KEPT = BUILD / "bus"
 # What a result depends on: everything that could, rather than what does. The slaves and their
 # masters: their benches, the dictionary and what is made of it.
-BENCH = [f"sim/ethercat/**/*.{kind}" for kind in ("py", "cpp", "h")]
-BENCH += ["sim/coe/*.py", "nios_sw/ethercat/dictionary.toml", "sim/harness/*.h", "sim/harness/*.py"]
+BENCH = [f"sim/bus/**/*.{kind}" for kind in ("py", "cpp", "h")]
+BENCH += ["sim/bus/coe/*.py", "nios_sw/ethercat/dictionary.toml", "sim/rtl/*.h", "sim/rtl/*.py"]
 # The device besides its RTL: its program.
 PROGRAM = ["nios_sw/images/ethercat.elf", "nios_sw/system.toml"]
 # The robot behind it: its parameters, plant, path, and the law on the ASIP.
-ROBOT = ["sim/robot.toml", "sim/model/*.py", "sim/run/*.py", "sim/core*.py", "sim/paths/agh.ngc"]
-ROBOT += ["sim/gcode/**/*.py", "sim/trajectory/*.py", "asip_asm/*.py", "asip_asm/*.toml"]
-ROBOT += ["asip_asm/programs/tracking*", "sim/harness/asip_harness.cpp"]
+ROBOT = [
+    "sim/robot.toml",
+    "sim/robot/*.py",
+    "sim/bench/run/*.py",
+    "sim/core/*.py",
+    "sim/paths/agh.ngc",
+]
+ROBOT += [
+    "sim/motion/gcode/**/*.py",
+    "sim/motion/trajectory/*.py",
+    "asip_asm/*.py",
+    "asip_asm/*.toml",
+]
+ROBOT += ["asip_asm/programs/tracking*", "sim/rtl/asip_harness.cpp"]
 HOURS = 12 * 3600
 FULL = "make bus RUN=full"
 
@@ -148,7 +159,7 @@ def device(order: Order, report: Report) -> Iterator[Goal]:
     report("control passes of the whole device")
     options = ["--step", "0", "--cycles", str(PASSES)]
     of = mark(DEVICE, [*BENCH, *PROGRAM], *options, *versions("pysoem"))
-    found = kept("device", of, lambda: run("sim.ethercat.device_run", options))
+    found = kept("device", of, lambda: run("sim.bus.device_run", options))
     for passes in found["passes"]:
         name = (
             f"whole device, five axes in CSP, a frame every {passes['period_us']} us: longest "
@@ -173,7 +184,7 @@ def masters(order: Order, report: Report) -> Iterator[Goal]:
         found = kept(
             f"{master}_{slaves}_{cycles}",
             of,
-            lambda options=options: run("sim.ethercat.master_loop", options),
+            lambda options=options: run("sim.bus.master_loop", options),
         )
         right = cycles - found["wrong_counters"] if found["state"] == "OP" else 0
         working += slaves == 3 and right == cycles
@@ -183,7 +194,7 @@ def masters(order: Order, report: Report) -> Iterator[Goal]:
     report(f"pysoem at both ends of a ring of three, a cable pulled, {cycles} cycles in OP")
     options = ["--slaves", "3", "--cycles", str(cycles), "--cable", "1"]
     of = mark(TOP, BENCH, options, *versions("pysoem"))
-    found = kept(f"ring_{cycles}", of, lambda: run("sim.ethercat.redundant", options))
+    found = kept(f"ring_{cycles}", of, lambda: run("sim.bus.redundant", options))
     right = cycles - sum(found["wrong_counters"].values()) if found["state"] == "OP" else 0
     name = (
         "pysoem, ring of three with redundancy, a third of the cycles with a cable pulled: cycles "
@@ -211,12 +222,12 @@ def ethercrab(order: Order, report: Report) -> Iterator[Goal]:
             yield not_measured(name, f">= {cycles}", "cycles", str(error))
             continue
         options = ["--master", "ethercrab", "--slaves", str(slaves), "--cycles", str(cycles)]
-        files = ["sim/ethercat/ethercrab/Cargo.lock", "sim/ethercat/ethercrab/src/main.rs"]
+        files = ["sim/bus/ethercrab/Cargo.lock", "sim/bus/ethercrab/src/main.rs"]
         of = mark(TOP, [*BENCH, *files], slaves, cycles)
         found = kept(
             f"ethercrab_{slaves}_{cycles}",
             of,
-            lambda options=options: run("sim.ethercat.master_loop", options),
+            lambda options=options: run("sim.bus.master_loop", options),
         )
         right = cycles - found["wrong_counters"] if found["state"] == "OP" else 0
         yield at_least(name, right, cycles, "cycles")
@@ -251,7 +262,7 @@ def path(order: Order, report: Report) -> Iterator[Goal]:
     of = mark(DEVICE, [*BENCH, *PROGRAM, *ROBOT, *rtl_of("asip")], ticks, *versions("pysoem"))
     if not (order.capture.exists() and order.curves.exists()):
         (KEPT / f"path_{name}.json").unlink(missing_ok=True)
-    found = kept(f"path_{name}", of, lambda: run("sim.ethercat.path_run", options))
+    found = kept(f"path_{name}", of, lambda: run("sim.bus.path_run", options))
     about = f"A-G-H over the bus, CSP at 1 kHz, {seconds}"
     yield at_most(f"{about}, tool error", 1e6 * found["tool"], TOOL_UM, "um")
     yield at_most(f"{about}, following-error faults", found["following_errors"], 0, "faults")

@@ -11,10 +11,10 @@ import operator
 from collections.abc import Callable, Iterator
 from functools import partial
 
-from sim.goals import Goal, at_least, at_most, not_measured
-from sim.robots.core_goals import ROWS, Figure, figure
-from sim.robots.job import hand_written_cycles
-from sim.run.tables import synthesised
+from sim.bench.run.tables import synthesised
+from sim.bench.shown_robots.core_goals import ROWS, Figure, figure
+from sim.bench.shown_robots.job import hand_written_cycles
+from sim.report.goals import Goal, at_least, at_most, not_measured
 
 TICK_US = 0.80
 SYSTEM_MHZ = 100

@@ -23,8 +23,8 @@ from pathlib import Path
 from asip_asm.command import script_parser
 from asip_asm.files import write_text
 from asip_asm.project import BUILD, ROOT
-from sim.goals import Goal, at_least, exactly, not_measured
-from sim.harness.coverage import KINDS, PARTS, Point, load, merge
+from sim.report.goals import Goal, at_least, exactly, not_measured
+from sim.rtl.coverage import KINDS, PARTS, Point, load, merge
 
 FOLDER = BUILD / "coverage"
 DATA = ROOT / "docs/data/coverage.json"

@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from scripts.generated import template
-from sim.custom_table import ROOT, TYPES, Component, CustomError, Platform
-from sim.harness.sources import sources_of
+from sim.rtl.custom_table import ROOT, TYPES, Component, CustomError, Platform
+from sim.rtl.sources import sources_of
 
 RTL = ROOT / "rtl"
 # Roles of the vendor's interface: width, direction; None: 1..8 bits.

@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from sim.custom_table import CPU_REGISTERS, Component, Instruction, Platform
+from sim.rtl.custom_table import CPU_REGISTERS, Component, Instruction, Platform
 
 C_TYPES = {"f": "float", "i": "int", "v": "void"}
 

@@ -21,14 +21,14 @@ from asip_asm.project import BUILD, ROOT
 from scripts.generated import table
 from scripts.motion_size import area, speed
 from scripts.synth_unit import SynthesisError
-from sim.goals import depth, markdown_table
-from sim.model.drives import Drives
-from sim.model.parameters import Robot
-from sim.page.marks import between_marks
-from sim.servo.__main__ import main as simulate
-from sim.servo.clocks import CLOCK
-from sim.servo.current_law import Setting
-from sim.servo.goals import FULL_RUN, Rows
+from sim.bench.drive.__main__ import main as simulate
+from sim.bench.drive.goals import FULL_RUN, Rows
+from sim.laws.drive.clocks import CLOCK
+from sim.laws.drive.current_law import Setting
+from sim.report.goals import depth, markdown_table
+from sim.report.marks import between_marks
+from sim.robot.drives import Drives
+from sim.robot.parameters import Robot
 from tests.servo.axis_latency import latency
 from tests.servo.decoder_edges import campaign
 

@@ -18,7 +18,7 @@ from asip_asm.command import command
 from scripts.custom_components import hardware_scripts
 from scripts.custom_header import C_TYPES, assembly_form, c_arguments, flags, header
 from scripts.generated import run, sv_int, sv_logic, table
-from sim.custom_table import SOURCE, Platform, block, load
+from sim.rtl.custom_table import SOURCE, Platform, block, load
 
 
 def package(platforms: Mapping[str, Platform]) -> str:

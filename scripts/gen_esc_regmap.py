@@ -19,7 +19,7 @@ from asip_asm.project import ROOT
 from scripts.gen_regmap import constructor, formatted
 from scripts.generated import run, template
 from scripts.regmap_source import compile_map, fields_of, reset_of, text_of
-from sim.ethercat.register import ByteRegister
+from sim.bus.register import ByteRegister
 
 SCRIPT = "scripts/gen_esc_regmap.py"
 SOURCE = "rtl/ethercat/regmap.rdl"
@@ -124,7 +124,7 @@ def generate() -> dict[str, str]:
     return {
         "rtl/gen/esc_regmap_pkg.sv": rendered("esc_regmap_pkg.sv.j2"),
         "nios_sw/include/gen/esc_regs.h": rendered("esc_regs.h.j2"),
-        "sim/ethercat/gen/esc_regmap.py": formatted(rendered("esc_regmap.py.j2")),
+        "sim/bus/gen/esc_regmap.py": formatted(rendered("esc_regmap.py.j2")),
         "docs/esc_regmap.md": rendered("esc_regmap.md.j2"),
     }
 

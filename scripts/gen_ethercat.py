@@ -11,8 +11,8 @@ from __future__ import annotations
 import sys
 
 from scripts.generated import run
-from sim.coe import c_tables, esi, page, sii
-from sim.coe.dictionary import load
+from sim.bus.coe import c_tables, esi, page, sii
+from sim.bus.coe.dictionary import load
 
 GEN = "nios_sw/ethercat/gen"
 

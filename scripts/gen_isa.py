@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Generate what the instruction set of asip_asm/isa.toml gives.
 
-Whole files: rtl/gen/asip_isa_pkg.sv, docs/isa.md, sim/fpbench/gen/compare_codes.h. Parts between
-two lines of comment: the decoded operation in rtl/asip/asip_pkg.sv, the codes of fp_cmp in
+Whole files: rtl/gen/asip_isa_pkg.sv, docs/isa.md, sim/core/fpbench/gen/compare_codes.h. Parts
+between two lines of comment: the decoded operation in rtl/asip/asip_pkg.sv, the codes of fp_cmp in
 rtl/fpu/fp_pkg.sv. With --check nothing is written; exit 1 if a file differs from what would be
 generated.
 """
@@ -368,7 +368,7 @@ def generate() -> dict[str, str]:
         "rtl/gen/asip_isa_pkg.sv": isa_package(isa),
         "rtl/asip/asip_pkg.sv": with_part("rtl/asip/asip_pkg.sv", decoded_operation(isa)),
         "rtl/fpu/fp_pkg.sv": with_part("rtl/fpu/fp_pkg.sv", comparison_codes(isa)),
-        "sim/fpbench/gen/compare_codes.h": bench_codes(isa),
+        "sim/core/fpbench/gen/compare_codes.h": bench_codes(isa),
         "docs/isa.md": isa_document(isa),
     }
 

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from scripts.generated import commented, run, sv_header
-from sim.harness.n2_lockstep_isa import ISA_FILE, OP_R, Isa, load_isa
+from sim.rtl.n2_lockstep_isa import ISA_FILE, OP_R, Isa, load_isa
 
 SCRIPT = "scripts/gen_n2_isa.py"
 

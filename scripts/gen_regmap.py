@@ -36,26 +36,26 @@ MAPS = {
     "asip": ("asip_asm/regmap.rdl", "asip_asm/gen/asip_regmap.py", "docs/regmap.md"),
     "motion": (
         "rtl/motion/regmap.rdl",
-        "sim/harness/gen/motion_regmap.py",
+        "sim/rtl/gen/motion_regmap.py",
         "docs/motion_regmap.md",
     ),
-    "dual": ("rtl/dual/regmap.rdl", "sim/harness/gen/dual_regmap.py", "docs/dual_regmap.md"),
+    "dual": ("rtl/dual/regmap.rdl", "sim/rtl/gen/dual_regmap.py", "docs/dual_regmap.md"),
     "debug": ("rtl/debug/regmap.rdl", "sim/debug/gen/debug_regmap.py", "docs/debug_regmap.md"),
-    "drive": ("rtl/drive/regmap.rdl", "sim/harness/gen/drive_regmap.py", "docs/drive_regmap.md"),
-    "biss": ("rtl/drive/biss_regmap.rdl", "sim/harness/gen/biss_regmap.py", "docs/biss_regmap.md"),
+    "drive": ("rtl/drive/regmap.rdl", "sim/rtl/gen/drive_regmap.py", "docs/drive_regmap.md"),
+    "biss": ("rtl/drive/biss_regmap.rdl", "sim/rtl/gen/biss_regmap.py", "docs/biss_regmap.md"),
     "encoder": (
         "rtl/board/encoder_regmap.rdl",
-        "sim/harness/gen/encoder_regmap.py",
+        "sim/rtl/gen/encoder_regmap.py",
         "docs/encoder_regmap.md",
     ),
     "n2_io": (
         "rtl/nios/io_regmap.rdl",
-        "sim/harness/gen/n2_io_regmap.py",
+        "sim/rtl/gen/n2_io_regmap.py",
         "docs/nios_io_regmap.md",
     ),
     "n2_debug": (
         "rtl/nios/debug_regmap.rdl",
-        "sim/harness/gen/n2_debug_regmap.py",
+        "sim/rtl/gen/n2_debug_regmap.py",
         "docs/nios_debug_regmap.md",
     ),
 }
@@ -137,12 +137,12 @@ def files_of(name: str) -> dict[str, str]:
     names = sorted(vars(records).keys() & re.findall(r"(\w+)\(", code))
     files = {
         f"rtl/gen/{name}_regmap_pkg.sv": rendered("regmap_pkg.sv.j2"),
-        f"sim/driver/gen/{name}_regs.h": c_header(ROOT / source, name),
+        f"sim/core/host/gen/{name}_regs.h": c_header(ROOT / source, name),
         module: formatted(rendered("regmap.py.j2", imports=names, code=code)),
         page: rendered("regmap.md.j2"),
     }
     if regmap.faults:
-        files[f"sim/driver/gen/{name}_faults.h"] = rendered("faults.h.j2")
+        files[f"sim/core/host/gen/{name}_faults.h"] = rendered("faults.h.j2")
     return files
 
 

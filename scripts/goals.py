@@ -26,7 +26,7 @@ from rich.table import Table
 
 from asip_asm.command import command, command_parser
 from asip_asm.project import ROOT
-from sim.goals import Goal, as_json, missed, terminal_table, write_goals
+from sim.report.goals import Goal, as_json, missed, terminal_table, write_goals
 
 BUILD = ROOT / "build"
 
@@ -66,7 +66,7 @@ AREAS: dict[str, Area] = {
     ),
     "motion": Area(
         "Motion front-end: planner, look-ahead, pulses, interpolators.",
-        command="sim.motion.show:main",
+        command="sim.bench.motion.show:main",
     ),
     "nios": Area(
         "Nios II systems: protocols, C programs of others, figures per MHz.",
@@ -84,12 +84,12 @@ AREAS: dict[str, Area] = {
     "robots": Area(
         "Laws compiled from robot descriptions: proofs, certificates, cycles.",
         {
-            "URDF files": "sim.robots.campaign:rows",
+            "URDF files": "sim.bench.shown_robots.campaign:rows",
             "planted mistakes": "tests.model_compiler.planted:rows",
-            "cycles": "sim.robots.cycles:rows",
-            "best options": "sim.asip_model.best_goals:rows",
+            "cycles": "sim.bench.shown_robots.cycles:rows",
+            "best options": "sim.laws.asip_model.best_goals:rows",
             "mutated files": "tests.fuzz.__main__:rows",
-            "certificate": "sim.certificate_goals:rows",
+            "certificate": "sim.bench.certificate_goals:rows",
         },
     ),
     "security": Area(
@@ -117,7 +117,7 @@ AREAS: dict[str, Area] = {
             "scope": "tests.debug.rows:scope",
             "area": "scripts.workbench_area:rows",
             "formal": "scripts.workbench_area:proofs",
-            "asip-scope": "sim.scope.goals:rows",
+            "asip-scope": "sim.debug.scope.goals:rows",
             "nios-gdb": "tests.gdb.goals:rows",
             "asip-dbg": "tests.debugger.goals:rows",
         },

@@ -12,8 +12,8 @@ from xml.etree import ElementTree
 
 from asip_asm.project import ROOT
 from scripts.rtl_subset import check
-from sim.goals import Goal, at_least, at_most, exactly, not_measured
-from sim.harness.sources import RTL
+from sim.report.goals import Goal, at_least, at_most, exactly, not_measured
+from sim.rtl.sources import RTL
 
 BENCHES = [f"tests/cocotb/test_{kind}.py" for kind in ("units", "custom", "asip", "systems")]
 LOST = ("failures", "errors", "skipped")

@@ -23,8 +23,8 @@ from asip_asm.files import write_text
 from asip_asm.isa import OperationRecord, default_isa
 from asip_asm.machine import load_machine
 from scripts.generated import run
-from sim.harness.asip_bus import register_address
-from sim.harness.asip_rtl import AsipRtl
+from sim.rtl.asip_bus import register_address
+from sim.rtl.asip_rtl import AsipRtl
 
 SCRIPT = "scripts/latency_table.py"
 LENGTHS = (4, 8)  # operations of the two runs whose difference is taken

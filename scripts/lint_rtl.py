@@ -20,9 +20,9 @@ from pyslang import driver
 from rich.console import Console
 
 from asip_asm.command import command, script_parser
-from sim.harness.assertions import assertions_of
-from sim.harness.build import verilator_driver
-from sim.harness.sources import sources_of
+from sim.rtl.assertion_files import assertions_of
+from sim.rtl.build import verilator_driver
+from sim.rtl.sources import sources_of
 
 ROOT = Path(__file__).resolve().parents[1]
 CI = ROOT / "scripts/ci"
@@ -47,7 +47,7 @@ WAIVED = {
 
 # Files that verible does not format, and why.
 UNFORMATTED = {
-    "*/sim/assertions/*.sv": "it breaks properties inside the parentheses of $past and $stable",
+    "*/sim/rtl/assertions/*.sv": "it breaks properties inside the parentheses of $past and $stable",
     "*/gen/*.sv": "generated, with columns",
     "*/ecp5_cells.sv": "a table of initial values, whose wrapping exceeds its search",
 }

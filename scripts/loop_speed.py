@@ -20,7 +20,7 @@ from asip_asm.command import command
 from asip_asm.project import ROOT
 from scripts.doc_blocks import code_blocks, write_files
 from sim import Core
-from sim.page.marks import write_between_marks
+from sim.report.marks import write_between_marks
 
 PAGE = ROOT / "docs/own_machine.md"
 SECONDS = 1.0  # of processor time for each figure

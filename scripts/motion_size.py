@@ -33,8 +33,8 @@ from scripts.synth_unit import (
     read_commands,
     units_kept,
 )
-from sim.harness.sources import sources_of
-from sim.motion.sizes import DESIGNS, FLOWS, LIMITS, RESULTS, mark, within
+from sim.bench.motion.sizes import DESIGNS, FLOWS, LIMITS, RESULTS, mark, within
+from sim.rtl.sources import sources_of
 
 SEEDS = (1, 2, 3)
 

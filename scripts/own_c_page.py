@@ -16,7 +16,7 @@ import sys
 from asip_asm.command import command
 from asip_asm.files import write_text
 from asip_asm.project import ROOT
-from sim.harness.nios_rtl import PLATFORMS
+from sim.rtl.nios_rtl import PLATFORMS
 
 PAGE = ROOT / "docs/own_c_program.md"
 FILE = re.compile(r"(^`(\S+)`:\n\n```\w+\n)(.*?)(^```$)", re.MULTILINE | re.DOTALL)
@@ -30,7 +30,7 @@ def render(page: str) -> str:
     """
     run("make -s setup nios-toolchain")  # what is missing is built here, without a word in the page
     for system in PLATFORMS:
-        build = f"from sim.harness.nios_rtl import NiosRtl; NiosRtl({system!r})"
+        build = f"from sim.rtl.nios_rtl import NiosRtl; NiosRtl({system!r})"
         run(shlex.join([sys.executable, "-c", build]))
     compiler = run("scripts/nios_toolchain.sh --prefix").strip()
     page = FILE.sub(_file, page)

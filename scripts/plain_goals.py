@@ -12,7 +12,7 @@ from asip_asm.isa import default_isa
 from scripts.plain_verilog import CORES, FOLDER, write_plain
 from scripts.silicon import kept
 from sim.cocotb.runner import Simulation, outcomes
-from sim.goals import Goal, exactly, not_measured
+from sim.report.goals import Goal, exactly, not_measured
 from tests.silicon import beside, four_states_tb
 from tests.silicon.netlist import NetlistError
 from tests.silicon.ticks import PROGRAMS

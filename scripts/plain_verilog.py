@@ -18,8 +18,8 @@ from rich.console import Console
 
 from asip_asm.command import command, script_parser
 from scripts.lint_rtl import TOPS
-from sim.harness.plain_verilog import PlainError, write_plain
-from sim.harness.sources import ROOT
+from sim.rtl.plain_verilog import PlainError, write_plain
+from sim.rtl.sources import ROOT
 
 FOLDER = ROOT / "build/plain"
 CORES = tuple(top.name for top in TOPS)

@@ -20,11 +20,11 @@ from typing import Any
 from asip_asm.command import command
 from asip_asm.files import write_text
 from scripts.generated import table
-from sim.model.published import Published
-from sim.model.records import OUTPUTS
-from sim.page.marks import write_between_marks
-from sim.platforms.__main__ import area_section
-from sim.run.tables import OPERATIONS, measured_at, unit
+from sim.bench.platforms.__main__ import area_section
+from sim.bench.run.tables import OPERATIONS, measured_at, unit
+from sim.report.marks import write_between_marks
+from sim.robot.published import Published
+from sim.robot.records import OUTPUTS
 
 ROOT = Path(__file__).resolve().parents[1]
 README, PLATFORMS = ROOT / "README.md", ROOT / "docs/platforms.md"

@@ -20,8 +20,8 @@ from scripts.gen_regmap import MAPS
 from scripts.generated import table
 from scripts.regmap_source import compile_map
 from scripts.synth_unit import OUTPUT, SynthesisError, alm_area, read_commands
-from sim.harness.sources import sources_of
-from sim.page.marks import write_between_marks
+from sim.report.marks import write_between_marks
+from sim.rtl.sources import sources_of
 
 PAGE = ROOT / "docs/registers.md"
 # Maps whose decoder is a module of its own.

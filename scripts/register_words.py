@@ -15,7 +15,7 @@ from pathlib import Path
 from asip_asm.project import ROOT
 from asip_asm.regmap import NUMBER
 from scripts.gen_regmap import MAPS
-from sim.ethercat.gen import esc_regmap
+from sim.bus.gen import esc_regmap
 
 # Fields by the names of registers that have some; the slave controller's are records of a module.
 FIELDS: dict[str, set[str]] = {}

@@ -34,8 +34,8 @@ from asip_asm.project import ROOT
 from asip_asm.report import report_program
 from asip_asm.schedule import schedule_program
 from scripts.generated import keep_page
-from sim.harness.asip_rtl import AsipRtl
-from sim.model.parameters import Robot
+from sim.robot.parameters import Robot
+from sim.rtl.asip_rtl import AsipRtl
 
 SOURCE = ROOT / "asip_asm/programs/tracking_optimised.s"
 PAGE = ROOT / "docs/scaling.md"

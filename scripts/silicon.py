@@ -24,8 +24,9 @@ from asip_asm.command import command, command_parser
 from asip_asm.files import write_text
 from scripts.bitstream import BOARDS
 from scripts.bitstream import OUTPUT as BOARD_RESULTS
-from sim.fpbench import campaign
-from sim.goals import (
+from sim.bench.run.tables import synthesised
+from sim.core.fpbench import campaign
+from sim.report.goals import (
     Goal,
     as_json,
     at_least,
@@ -36,7 +37,6 @@ from sim.goals import (
     terminal_table,
     write_goals,
 )
-from sim.run.tables import synthesised
 from tests.silicon import beside, lockstep, ticks
 from tests.silicon.lockstep import Outcome
 from tests.silicon.netlist import BUILD, NetlistError, prove_equivalent

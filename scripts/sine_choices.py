@@ -24,8 +24,8 @@ from asip_asm.project import ROOT
 from asip_asm.report import report_program
 from asip_asm.schedule import schedule_program
 from scripts.generated import run
-from sim.robots.catalogue import robot
-from sim.robots.laws import LAWS, Settings
+from sim.laws.catalogue import robot
+from sim.laws.laws import LAWS, Settings
 
 UNITS = ROOT / "docs/data/units_synthesis.json"
 SCRIPT = "scripts/sine_choices.py"

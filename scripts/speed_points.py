@@ -23,7 +23,7 @@ from asip_asm.files import write_text
 from scripts.generated import keep_page, table
 from scripts.synth import TOPS
 from scripts.synth_unit import ROOT, SynthesisError, synthesise
-from sim.harness.sources import sources_of
+from sim.rtl.sources import sources_of
 
 DATA = ROOT / "docs/data/speed_points.json"
 FIGURES = ROOT / "docs/data/synthesis.json"

@@ -21,10 +21,10 @@ from rich.console import Console
 from asip_asm.command import command, script_parser
 from asip_asm.files import write_text
 from scripts.synth_unit import OUTPUT, ROOT, SynthesisError, synthesise
-from sim.harness.sources import sources_of
-from sim.model.published import Published
-from sim.page.provenance import commit
-from sim.run.tables import resource_table
+from sim.bench.run.tables import resource_table
+from sim.report.provenance import commit
+from sim.robot.published import Published
+from sim.rtl.sources import sources_of
 
 RESULT = ROOT / "build/synth.json"
 SEEDS = (1, 2, 3, 4, 5)

@@ -23,9 +23,9 @@ from rich.table import Table
 
 from asip_asm.command import command, script_parser
 from asip_asm.files import write_text
-from sim.fpbench import campaign
-from sim.harness.sources import sources_of
-from sim.harness.wasm import run_tool
+from sim.core.fpbench import campaign
+from sim.rtl.sources import sources_of
+from sim.rtl.wasm import run_tool
 
 ROOT = Path(__file__).resolve().parents[1]
 OUTPUT = ROOT / "build/synth"
@@ -188,7 +188,7 @@ def _critical_path(report: dict) -> list[str]:
 
 @dataclass(frozen=True)
 class Placement:
-    """One run of nextpnr: a task of sim.fpbench.campaign whose result is nextpnr's report."""
+    """One run of nextpnr: a task of sim.core.fpbench.campaign whose result is nextpnr's report."""
 
     netlist: Path
     options: tuple[str, ...]

@@ -25,8 +25,8 @@ from asip_asm.machine import fp_latencies
 from asip_asm.project import ROOT
 from scripts.generated import keep_page, table
 from scripts.synth_unit import SynthesisError, synthesise
-from sim.fpbench.native import angle_bound, operations
-from sim.harness.sources import sources_of
+from sim.core.fpbench.native import angle_bound, operations
+from sim.rtl.sources import sources_of
 
 RTL = ROOT / "rtl/fpu"
 PAGE = ROOT / "docs/units.md"

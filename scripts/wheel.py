@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Build hook of the wheel: everything goes below one package, `microtick`.
 
-`sim/core.py` of the checkout is `microtick/sim/core.py` of the wheel, and `sim.core` is imported as
-`microtick.sim.core`; docs/api.md says why. The hook changes the names of modules in imports, in
-texts and in comments. It refuses a source whose names it could not change without a doubt.
+`sim/core/api.py` of the checkout is `microtick/sim/core/api.py` of the wheel, and `sim.core` is
+imported as `microtick.sim.core`; docs/api.md says why. The hook changes the names of modules in
+imports, in texts and in comments. It refuses a source whose names it could not change without a
+doubt.
 
 The wheel and the source package also get a file with the commit that they were made of, which
-sim/page/provenance.py reads.
+sim/report/provenance.py reads.
 """
 
 from __future__ import annotations
@@ -109,7 +110,7 @@ class Hook(BuildHookInterface):
     def _files(self) -> Iterator[tuple[str, str]]:
         """Names and texts of files that are not in the checkout as they are in the package."""
         root, builder = Path(self.root), self.build_config.builder
-        provenance = runpy.run_path(str(root / "sim/page/provenance.py"))
+        provenance = runpy.run_path(str(root / "sim/report/provenance.py"))
         if (commit := provenance["commit"]()) != provenance["UNKNOWN"]:
             yield provenance["BUILT_FROM"].name, commit
         if self.target_name != "wheel":

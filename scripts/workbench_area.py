@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from scripts.synth_unit import OUTPUT, alm_area, cells_of, ecp5_speed, read_commands
-from sim.goals import Goal, at_most, exactly
-from sim.harness.sources import sources_of
+from sim.report.goals import Goal, at_most, exactly
+from sim.rtl.sources import sources_of
 
 CONFIGURATIONS = {
     "small": {"FmaPipes": 1, "Slots": 1},

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Models of tests carry the assertions of sim/assertions; the robot; reasons to skip a test."""
+"""Models of tests carry the assertions of sim/rtl/assertions; the robot; reasons to skip a test."""
 
 import os
 import re
@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 from asip_asm.project import BUILD
-from sim.harness import build, coverage, wave_layout, waves
-from sim.model.parameters import Robot
+from sim.robot.parameters import Robot
+from sim.rtl import build, coverage, wave_layout, waves
 from tests.bench import needs
 
 MOST_FILES = 40  # of counts, before they are merged

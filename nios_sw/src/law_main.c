@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Runs the C that asip-model writes of a law over rows of inputs in memory, and counts the cycles of
- * each tick (sim/platforms/nios.py). LAW: its prefix, LAW_HEADER: its header, ROWS: room for rows. */
+ * each tick (sim/bench/platforms/nios.py). LAW: its prefix, LAW_HEADER: its header, ROWS: room for rows. */
 #include "io.h"
 #include LAW_HEADER
 

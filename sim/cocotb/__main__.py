@@ -27,10 +27,10 @@ from sim.cocotb.runner import (
     checked_simulator,
     plain_file,
 )
-from sim.harness.assertions import assertions_of
-from sim.harness.build import WAIVERS, verilator_driver
-from sim.harness.plain import plain
-from sim.harness.sources import sources_of
+from sim.rtl.assertion_files import assertions_of
+from sim.rtl.build import WAIVERS, verilator_driver
+from sim.rtl.plain import plain
+from sim.rtl.sources import sources_of
 
 PARAMETER = re.compile(r"([A-Za-z]\w*)=(\d+)")
 

@@ -7,7 +7,7 @@ from cocotb.handle import SimHandleBase
 
 from asip_asm.regmap import RegisterMap
 from sim.cocotb.clocked import Clocked, word
-from sim.core_backends import unknown
+from sim.core.backends import unknown
 
 WAIT_LIMIT = 20_000  # clocks of one access
 

@@ -18,8 +18,8 @@ from asip_asm.image import Image
 from asip_asm.isa import default_isa
 from sim.cocotb.agent import Agent
 from sim.cocotb.clocked import word
-from sim.core_backends import number, readable_addresses, unknown
-from sim.harness.asip_bus import (
+from sim.core.backends import number, readable_addresses, unknown
+from sim.rtl.asip_bus import (
     BLOCK,
     CLEAR,
     CSR,

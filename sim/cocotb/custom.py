@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from cocotb.handle import SimHandleBase
 
 from sim.cocotb.clocked import Clocked, word
-from sim.core_backends import unknown
-from sim.custom_table import Instruction, load
+from sim.core.backends import unknown
+from sim.rtl.custom_table import Instruction, load
 
 DONE_LIMIT = 200  # enabled clocks; the longest instruction takes 38
 

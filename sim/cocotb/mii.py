@@ -2,7 +2,7 @@
 """Port 0 of `mii_slave` between an MII source and an MII sink of cocotbext-eth, in the simulator.
 
 Preamble, start delimiter and check sequence are made, found and checked by cocotbext-eth. Frames go
-in and out as with `sim.ethercat.line.Line`, of which it has `send`, `receive`, `exchange` and
+in and out as with `sim.bus.line.Line`, of which it has `send`, `receive`, `exchange` and
 `run`; those are called in a function that `cocotb.task.bridge` started.
 """
 
@@ -16,7 +16,7 @@ from cocotb.triggers import Timer
 from cocotbext.eth import GmiiFrame, MiiSink, MiiSource
 from cocotbext.eth.constants import ETH_PREAMBLE
 
-from sim.ethercat.line import GAP_NIBBLES, SETTLE_NS, Returned
+from sim.bus.line import GAP_NIBBLES, SETTLE_NS, Returned
 
 CLOCK_PS, NIBBLE_PS = 10_000, 40_000
 RESET_NS, WRITTEN_NS, LIMIT_NS = 100, 4_000, 400_000

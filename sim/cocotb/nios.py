@@ -10,10 +10,10 @@ from cocotb.handle import SimHandleBase
 from cocotb.triggers import FallingEdge, First, Timer
 
 from sim.cocotb.clocked import Clocked, word
-from sim.core_backends import unknown
-from sim.harness.nios_image import Program
-from sim.harness.nios_image import load as committed
-from sim.harness.nios_map import default_system_map
+from sim.core.backends import unknown
+from sim.rtl.nios_image import Program
+from sim.rtl.nios_image import load as committed
+from sim.rtl.nios_map import default_system_map
 
 TICK_LIMIT = 200_000  # clocks
 RESET_CLOCKS = 2  # of the core, at least

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Builds of a module for cocotb, with Verilator or Icarus, and runs of cocotb tests on them.
 
-Verilator reads the RTL with the assertions of sim/assertions. Icarus 11 reads the plain Verilog
+Verilator reads the RTL with the assertions of sim/rtl/assertions. Icarus 11 reads the plain Verilog
 that Yosys writes. A build is made once for each content of its sources. It also works where the
-project's path has spaces: files go through `sim.harness.plain.plain`.
+project's path has spaces: files go through `sim.rtl.plain.plain`.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ import cocotb_tools.config
 from cocotb_tools.runner import get_runner
 
 from asip_asm.project import BUILD
-from sim.harness import build, coverage, runtime, waves
-from sim.harness.assertions import assertions_of
-from sim.harness.build import WAIVERS, verilator_driver
-from sim.harness.linked import linked
-from sim.harness.plain import plain, workshop
-from sim.harness.plain_verilog import PlainError, write_plain
-from sim.harness.sources import RTL, sources_of
+from sim.rtl import build, coverage, runtime, waves
+from sim.rtl.assertion_files import assertions_of
+from sim.rtl.build import WAIVERS, verilator_driver
+from sim.rtl.linked import linked
+from sim.rtl.plain import plain, workshop
+from sim.rtl.plain_verilog import PlainError, write_plain
+from sim.rtl.sources import RTL, sources_of
 
 FOLDERS = (RTL, Path(__file__).parent)  # Here is `mii_slave`, a PHY's view of a port.
 SIMULATORS = ("verilator", "icarus")

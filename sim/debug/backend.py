@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asip_asm.image import Image
-from sim.core_backends import COUNTERS, Observed, Runs, is_register, readable_addresses
-from sim.core_fault import NO_FAULT, Fault, fault_text
+from sim.core.backends import COUNTERS, Observed, Runs, is_register, readable_addresses
+from sim.core.fault import NO_FAULT, Fault, fault_text
 from sim.debug.client import Client, DebugError
-from sim.harness.asip_bus import BLOCK, CSR, FAULT_NAMES, STATUS, register_address, run_words
+from sim.rtl.asip_bus import BLOCK, CSR, FAULT_NAMES, STATUS, register_address, run_words
 
 
 class LinkBackend:
-    """A program loaded over a link; `Backend` of sim/core_backends.py. It has no trace.
+    """A program loaded over a link; `Backend` of sim/core/backends.py. It has no trace.
 
     Methods raise LinkError, DebugError.
     """

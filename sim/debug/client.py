@@ -23,7 +23,7 @@ from sim.debug.recorder import Recorder
 from sim.debug.requests import DebugError
 from sim.debug.run_control import RunControl
 from sim.debug.state import STAGE, configuration_of, place_address, word_of
-from sim.harness.asip_bus import BLOCK, CLEAR, CSR, FAULT_NAMES, START, STATUS, load_words
+from sim.rtl.asip_bus import BLOCK, CLEAR, CSR, FAULT_NAMES, START, STATUS, load_words
 
 __all__ = ["Client", "DebugError", "connect"]
 

@@ -8,7 +8,7 @@ import socket
 import time
 from typing import Protocol
 
-from sim import guard
+from sim.debug import guard
 from sim.debug.packets import (
     READ_WORDS,
     WRITE_WORDS,

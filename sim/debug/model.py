@@ -7,7 +7,7 @@ import ctypes
 
 from sim.debug.link import SerialLink
 from sim.debug.state import REGISTER, REGMAP
-from sim.harness.asip_rtl import HARNESS, AsipRtl
+from sim.rtl.asip_rtl import HARNESS, AsipRtl
 
 
 class DebugRtl(AsipRtl):

@@ -24,14 +24,14 @@ from asip_asm.command import command, command_parser
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.image import Image, ImageError
 from asip_asm.isa import default_isa
-from sim import guard
-from sim.core import CoreError
+from sim.core.api import CoreError
+from sim.debug import guard
 from sim.debug.link import Responder
 from sim.debug.model import DebugRtl
 from sim.debug.packets import Decoder, encode
 from sim.debug.state import word_of
-from sim.harness.asip_bus import BLOCK, CSR, START, STATUS
-from sim.model.parameters import Robot
+from sim.robot.parameters import Robot
+from sim.rtl.asip_bus import BLOCK, CSR, START, STATUS
 
 PORT = 2331
 SLICE = 2000  # clocks between two looks at the socket

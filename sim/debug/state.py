@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from asip_asm.gen.asip_regmap import REGMAP as CORE_MAP
 from asip_asm.isa import default_isa
 from sim.debug.gen.debug_regmap import REGMAP
-from sim.harness.asip_bus import BLOCK, register_address
+from sim.rtl.asip_bus import BLOCK, register_address
 
 BASE = 1 << CORE_MAP.address_width
 """First word of the debug block on the bus of `debug_asip`."""

@@ -1,5 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The motion front-end as a whole: `show` is `make motion`, `goals` what it is to reach.
-
-`step_stream` makes records for five axes of any path, `sizes` keeps area and clock.
-"""
+"""From G-code to set-points: programs, geometry, speeds, the planner."""

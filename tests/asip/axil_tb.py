@@ -14,7 +14,7 @@ import cocotb
 from cocotb.triggers import RisingEdge
 
 from asip_asm.gen.asip_regmap import REGMAP
-from sim.harness.asip_bus import CLEAR, CSR, START, STATUS
+from sim.rtl.asip_bus import CLEAR, CSR, START, STATUS
 from tests.bench.seed import SEED
 from tests.bus import axil_scenarios as scenarios
 from tests.bus.axil import OKAY, SLVERR, Bus

@@ -23,9 +23,9 @@ from asip_asm.image import ConstantEntry, Image, OutputEntry, StateEntry
 from asip_asm.ir import Bundle, Operation, Output, Register
 from asip_asm.isa import default_isa
 from asip_asm.machine import OPERAND_READ, REFETCH, Machine, load_machine
-from sim.harness.asip_bus import BLOCK, CLEAR, CSR, FAULT_NAMES, START, STATUS, register_address
-from sim.harness.asip_rtl import AsipRtl
-from sim.iss import Iss, RunResult, arithmetic
+from sim.core.iss import Iss, RunResult, arithmetic
+from sim.rtl.asip_bus import BLOCK, CLEAR, CSR, FAULT_NAMES, START, STATUS, register_address
+from sim.rtl.asip_rtl import AsipRtl
 
 ROOT = Path(__file__).parents[2]
 ISA = default_isa()

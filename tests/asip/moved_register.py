@@ -13,10 +13,10 @@ import numpy as np
 
 from asip_asm.assemble import assemble
 from asip_asm.c_image import to_c
-from sim.driver import DRIVER
-from sim.harness.asip_bus import CSR, STATUS
-from sim.harness.asip_rtl import AsipRtl
-from sim.iss.core import Iss
+from sim.core.host import DRIVER
+from sim.core.iss.core import Iss
+from sim.rtl.asip_bus import CSR, STATUS
+from sim.rtl.asip_rtl import AsipRtl
 
 INPUTS = {"x": 3.0, "y": 0.5, "z": 4.0, "counter": 7}
 READ = ctypes.CFUNCTYPE(ctypes.c_uint32, ctypes.c_void_p, ctypes.c_uint32)

@@ -7,8 +7,8 @@ import functools
 from collections.abc import Mapping
 from pathlib import Path
 
-from sim.harness.asip_rtl import HARNESS, AsipRtl
-from sim.harness.build import build_library, file_list
+from sim.rtl.asip_rtl import HARNESS, AsipRtl
+from sim.rtl.build import build_library, file_list
 
 RTL: Path | None = None
 """Folder with other sources of rtl/asip, such as a planted fault."""

@@ -79,12 +79,12 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     isa = root / "asip_asm/isa.toml"
     isa.write_text(isa.read_text() + re.sub(r"(?m)^   ", "", block("toml")))
     insert(root / "rtl/fpu/fp_cmp.sv", LAST_CASE, block("systemverilog"))
-    insert(root / "sim/fpbench/operations.h", LAST_COMPARE, block("cpp"))
+    insert(root / "sim/core/fpbench/operations.h", LAST_COMPARE, block("cpp"))
     insert(root / "tests/asip/operation_cases.py", LAST_DIRECTED, block("text"))
     (root / "copysign.s").write_text(re.sub(r"(?m)^   ", "", block("asm")))
     (root / "bits.s").write_text(BITS)
     # Models for a few runs: the compiler need not try hard.
-    build = root / "sim/harness/build.py"
+    build = root / "sim/rtl/build.py"
     build.write_text(build.read_text().replace('optimisation = "-O3"', 'optimisation = "-O0"'))
     share_models(root / "build", "verilated-*")
     run(root, "scripts/gen_isa.py")
@@ -95,14 +95,16 @@ def test_record__everything_generated__has_the_operation(copy: Path) -> None:
     assert "OP_FCOPYSIGN = 6'b101111" in (copy / "rtl/gen/asip_isa_pkg.sv").read_text()
     assert "FP_CMP_COPYSIGN = 4'd15" in (copy / "rtl/fpu/fp_pkg.sv").read_text()
     assert "opcode == asip_isa_pkg::OP_FCOPYSIGN}" in (copy / "rtl/asip/asip_pkg.sv").read_text()
-    assert 'COPYSIGN{"copysign", 2, 15}' in (copy / "sim/fpbench/gen/compare_codes.h").read_text()
+    assert (
+        'COPYSIGN{"copysign", 2, 15}' in (copy / "sim/core/fpbench/gen/compare_codes.h").read_text()
+    )
     assert "`fcopysign dst, a, b`" in (copy / "docs/isa.md").read_text()
 
 
 def test_program__of_the_page__assembles_and_runs(copy: Path) -> None:
     run(copy, "-m", "asip_asm.cli_as", "copysign.s", "-o", "copysign.asip.json")
     options = block("sh").splitlines()[-1].split()[1:]
-    assert "-2.5" in run(copy, "-m", "sim.asip_run", *options)
+    assert "-2.5" in run(copy, "-m", "sim.debug.asip_run", *options)
 
 
 def test_operation__on_the_rtl__is_that_of_the_model(copy: Path) -> None:
@@ -111,7 +113,8 @@ def test_operation__on_the_rtl__is_that_of_the_model(copy: Path) -> None:
 
 def test_unit__in_the_bench__gives_the_reference_which_is_the_record(copy: Path) -> None:
     check = (
-        "from sim.fpbench.native import Unit; from sim.fpbench.selfcheck import selfcheck\n"
+        "from sim.core.fpbench.native import Unit\n"
+        "from sim.core.fpbench.selfcheck import selfcheck\n"
         "unit = Unit('fp_cmp', lanes=1); report = unit.run('copysign', 'random', count=20_000)\n"
         "print(report.good, report.cases, selfcheck(unit, cases=500)['mismatches'])"
     )
@@ -130,7 +133,7 @@ def test_datapath_forgotten__is_found(copy: Path, tmp_path: Path) -> None:
     unit = tmp_path / "fpu/fp_cmp.sv"
     unit.write_text(unit.read_text().replace(block("systemverilog"), ""))
     check = (
-        "from pathlib import Path; from sim.fpbench.native import Unit\n"
+        "from pathlib import Path; from sim.core.fpbench.native import Unit\n"
         f"unit = Unit('fp_cmp', Path({str(tmp_path / 'fpu')!r}), lanes=1)\n"
         "print(unit.run('copysign', 'random', count=1000).mismatches > 0)"
     )

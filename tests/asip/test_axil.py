@@ -16,15 +16,15 @@ import pytest
 
 from asip_asm.assemble import assemble
 from asip_asm.isa import default_isa
-from sim.harness.asip_bus import BLOCK, load_words
-from sim.harness.build import ROOT, WAIVERS, file_list, verilator_driver
-from sim.iss.core import Iss
+from sim.core.iss.core import Iss
+from sim.rtl.asip_bus import BLOCK, load_words
+from sim.rtl.build import ROOT, WAIVERS, file_list, verilator_driver
 from tests.bus.axil import run_scenarios
 
 SOURCES = file_list("asip/asip.f")
 SOURCES += [ROOT / "rtl/bus/axil_bridge.sv", ROOT / "rtl/asip/asip_axil.sv"]
 BENCH = Path(__file__).with_name("axil_tb.py")
-PROGRAM = ROOT / "sim/driver/leg_length.s"
+PROGRAM = ROOT / "sim/core/host/leg_length.s"
 TICKS = ((3.0, 0.5, 4.0, 7), (-1.5, 2.25, 0.125, -12), (1e-3, 0.0, 1e3, 40000))
 
 

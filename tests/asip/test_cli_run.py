@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from asip_asm.assemble import assemble
-from sim.asip_run.__main__ import main
-from sim.asip_run.show import value_text
+from sim.debug.asip_run.__main__ import main
+from sim.debug.asip_run.show import value_text
 
 SOURCE = """\
 .program "filter"
@@ -313,7 +313,7 @@ def test_help__shows_an_example(capsys):
 
 def test_command__without_arguments__says_how_to_use_it():
     done = subprocess.run(
-        [sys.executable, "-m", "sim.asip_run"], capture_output=True, text=True, check=False
+        [sys.executable, "-m", "sim.debug.asip_run"], capture_output=True, text=True, check=False
     )
     assert done.returncode == 2 and done.stderr.startswith("usage: asip-run ")
 

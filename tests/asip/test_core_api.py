@@ -13,7 +13,7 @@ import pytest
 from asip_asm.assemble import assemble
 from asip_asm.diagnostics import AssemblyError
 from sim import Core, CoreError, CoreFault
-from sim.harness.asip_rtl import AsipError
+from sim.rtl.asip_rtl import AsipError
 from tests.bench.commands import output
 
 PROGRAM = """\

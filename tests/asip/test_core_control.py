@@ -7,7 +7,7 @@ import pytest
 
 from asip_asm.gen.asip_regmap import REGMAP
 from asip_asm.image import Image
-from sim.harness.asip_bus import (
+from sim.rtl.asip_bus import (
     BLOCK,
     CLEAR,
     CSR,
@@ -18,7 +18,7 @@ from sim.harness.asip_bus import (
     STATUS,
     register_address,
 )
-from sim.harness.asip_rtl import AsipRtl
+from sim.rtl.asip_rtl import AsipRtl
 from tests.asip import core_bench as bench
 from tests.asip.core_bench import EMPTY, HALT, ISA, op
 

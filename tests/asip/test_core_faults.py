@@ -10,17 +10,8 @@ import pytest
 from asip_asm.encode import encode_operation
 from asip_asm.image import Image
 from asip_asm.ir import Operation
-from sim.harness.asip_bus import (
-    BLOCK,
-    CLEAR,
-    CSR,
-    IRQ_DONE,
-    IRQ_FAULT,
-    START,
-    STATUS,
-    register_address,
-)
-from sim.iss import Fault, Iss
+from sim.core.iss import Fault, Iss
+from sim.rtl.asip_bus import BLOCK, CLEAR, CSR, IRQ_DONE, IRQ_FAULT, START, STATUS, register_address
 from tests.asip import core_bench as bench
 from tests.asip.core_bench import CONFIGURATIONS, EMPTY, HALT, ISA, CoreRun, op
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from asip_asm.image import InputEntry
-from sim.harness.asip_bus import BLOCK, STATUS, register_address
-from sim.iss import Fault, Iss, arithmetic
+from sim.core.iss import Fault, Iss, arithmetic
+from sim.rtl.asip_bus import BLOCK, STATUS, register_address
 from tests.asip import core_bench as bench
 from tests.asip.core_bench import CORNERS, HALT, ISA, op
 

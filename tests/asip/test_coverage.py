@@ -6,7 +6,7 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
-from sim.asip_run.__main__ import main
+from sim.debug.asip_run.__main__ import main
 
 SOURCE = """.program  "two ways"
 .input    x

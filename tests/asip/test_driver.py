@@ -15,8 +15,8 @@ import pytest
 from asip_asm.assemble import assemble
 from asip_asm.c_image import enumeration, identifier, to_c
 from asip_asm.gen.asip_regmap import REGMAP
-from sim.driver import DRIVER, simulated_core
-from sim.iss.core import Iss
+from sim.core.host import DRIVER, simulated_core
+from sim.core.iss.core import Iss
 from tests.asip.core_bench import CONFIGURATIONS, assembled
 from tests.bench.commands import output
 

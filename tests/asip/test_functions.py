@@ -11,8 +11,8 @@ from asip_asm.c_image import to_c
 from asip_asm.cli_objdump import header
 from asip_asm.image import Image, ImageError
 from asip_asm.link import LinkError, link
-from sim.asip_run.__main__ import main as asip_run
-from sim.core import Core
+from sim.core.api import Core
+from sim.debug.asip_run.__main__ import main as asip_run
 from tests.asip.core_bench import assembled
 from tests.asip.test_driver import build, execute
 

@@ -10,7 +10,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from sim.iss import Fault, Iss
+from sim.core.iss import Fault, Iss
 from tests.asip.iss_image import MULTIPLY_ADD, OPCODES, SECOND_IS_C, bundle, image, word
 from tests.asip.operation_cases import CASES, NX
 

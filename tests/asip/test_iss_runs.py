@@ -7,7 +7,7 @@ import pytest
 import softfloatpy as sf
 
 from asip_asm.image import ImageError
-from sim.iss import Fault, Iss
+from sim.core.iss import Fault, Iss
 from tests.asip.iss_image import NOP, TO_OUTPUT, bundle, image, immediate, source, word
 
 HALT = bundle(halt=True)

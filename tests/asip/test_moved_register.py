@@ -27,7 +27,7 @@ MOVES = {
 FOLLOWED = {
     "rtl/gen/asip_regmap_pkg.sv": ("CONTROL_START_LSB = 9;", "REG_STATUS = 4'hf;"),
     "asip_asm/gen/asip_regmap.py": ("done=30",),
-    "sim/driver/gen/asip_regs.h": ("ASIP__CSR__STATUS__FAULT_bp 17",),
+    "sim/core/host/gen/asip_regs.h": ("ASIP__CSR__STATUS__FAULT_bp 17",),
     "docs/regmap.md": ("| 0x000f | `STATUS` |", "| 30 | `done` |", "| 9 | `start` |"),
 }
 

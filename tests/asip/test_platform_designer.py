@@ -11,7 +11,7 @@ import pytest
 
 from asip_asm.gen.asip_regmap import REGMAP
 from asip_asm.isa import default_isa
-from sim.harness.build import ROOT, WAIVERS, file_list, verilator_driver
+from sim.rtl.build import ROOT, WAIVERS, file_list, verilator_driver
 from tests.bench.commands import output
 from tests.bench.tcl import Component
 

@@ -12,7 +12,7 @@ import pytest
 
 from asip_asm.gen.asip_regmap import REGMAP
 from asip_asm.image import Image
-from sim.harness.asip_bus import BLOCK, CSR, FAULT_NAMES, START, STATUS
+from sim.rtl.asip_bus import BLOCK, CSR, FAULT_NAMES, START, STATUS
 from tests.asip import core_bench as bench
 from tests.asip import resilient_bench
 from tests.asip.core_bench import HALT, op

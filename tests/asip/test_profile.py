@@ -20,8 +20,8 @@ from asip_asm.image import Image
 from asip_asm.isa import default_isa
 from asip_asm.konata import konata_log
 from asip_asm.profile import CAUSE_COUNTERS, Profile, ProfileError, Trace, profile_run
-from sim.asip_run.__main__ import main as asip_run
-from sim.core_backends import RtlBackend
+from sim.core.backends import RtlBackend
+from sim.debug.asip_run.__main__ import main as asip_run
 from tests.asip.core_bench import CONFIGURATIONS
 
 ROOT = Path(__file__).parents[2]

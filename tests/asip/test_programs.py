@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The tracking programs on the instruction-set model against the reference in double precision.
 
-Error bounds are those of `sim.run.bounds`, evaluated at every tick.
+Error bounds are those of `sim.bench.run.bounds`, evaluated at every tick.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ import pytest
 
 from asip_asm.assemble import assemble
 from asip_asm.isa import default_isa
-from sim.iss import Fault, Iss, RunResult, run_path
-from sim.iss.path import preset
-from sim.model import float32, tracking
-from sim.model.published import Published
-from sim.model.records import ACCELERATIONS, OUTPUTS, POSITIONS, SET_POINTS, TABLE_3, VELOCITIES
-from sim.run.bounds import bounds
+from sim.bench.run.bounds import bounds
+from sim.core.iss import Fault, Iss, RunResult, run_path
+from sim.core.iss.path import preset
+from sim.robot import float32, tracking
+from sim.robot.published import Published
+from sim.robot.records import ACCELERATIONS, OUTPUTS, POSITIONS, SET_POINTS, TABLE_3, VELOCITIES
 from tests.asip.tracking_path import reversing_path
 
 ROOT = Path(__file__).parents[2]

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim.harness.asip_bus import BLOCK, CSR, FAULT_NAMES, START, STATUS
+from sim.rtl.asip_bus import BLOCK, CSR, FAULT_NAMES, START, STATUS
 from tests.asip import core_bench as bench
 from tests.asip import resilient_bench
 

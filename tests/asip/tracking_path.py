@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from sim.model import kinematics
-from sim.model.parameters import Robot
-from sim.model.records import SetPoints
+from sim.robot import kinematics
+from sim.robot.parameters import Robot
+from sim.robot.records import SetPoints
 
 
 def _harmonic(t: np.ndarray, amplitude: float, hertz: float, phase: float) -> np.ndarray:

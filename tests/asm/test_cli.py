@@ -12,7 +12,7 @@ from asip_asm.cli_as import main as asip_as
 from asip_asm.cli_objdump import main as asip_objdump
 from asip_asm.image import Image
 from asip_asm.project import ROOT
-from sim.asip_run.__main__ import main as asip_run
+from sim.debug.asip_run.__main__ import main as asip_run
 from tests.bench.commands import output
 
 SOURCE = """.program "sum"

@@ -14,7 +14,7 @@ from asip_asm.image import (
     checksum,
 )
 from asip_asm.memory_formats import to_intel_hex, to_mif, to_readmemh
-from sim.iss import Iss
+from sim.core.iss import Iss
 from tests.asm.annotated import FOLDER, run
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from scripts.lint_registers import main, python_findings, text_findings
 
-ESC = "from sim.ethercat.gen import esc_regmap\n"
+ESC = "from sim.bus.gen import esc_regmap\n"
 PLANTED = {
     "shift.py": 'rtl.write("CONTROL", 1 << 8)\n',
     "number.py": 'dut.write(CSR["IRQ_ENABLE"], 3)\n',

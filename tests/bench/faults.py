@@ -26,7 +26,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import TypeVar
 
-from sim.harness.build import ROOT
+from sim.rtl.build import ROOT
 
 RTL = ROOT / "rtl"
 FIELDS = {"id": int, "file": str, "breaks": str, "found": list, "right": str, "wrong": str}

@@ -23,11 +23,11 @@ from typing import Any
 
 import pytest
 
-from sim.ethercat import ethercrab_master
-from sim.ethercat.tap import NamespaceError, in_namespace
-from sim.gcode import oracle
-from sim.harness.n2_lockstep import find_qemu
-from sim.harness.plain import ROOT
+from sim.bus import ethercrab_master
+from sim.bus.tap import NamespaceError, in_namespace
+from sim.motion.gcode import oracle
+from sim.rtl.n2_lockstep import find_qemu
+from sim.rtl.plain import ROOT
 
 
 def toolchain(name: str) -> Path | None:
@@ -61,7 +61,7 @@ def full_history() -> bool | None:
 def tap_device() -> str | None:
     """A TAP device's name, if one can be had in a network namespace of its own."""
     try:
-        done = in_namespace("sim.ethercat.tap", [], timeout=60)
+        done = in_namespace("sim.bus.tap", [], timeout=60)
     except NamespaceError:
         return None
     return done.stdout.strip() if done.returncode == 0 else None
@@ -142,7 +142,7 @@ TOOLS: dict[str, tuple[str, Callable[[], Any], str]] = {
     "rs274": (
         "reference of the G-code reader",
         oracle.find,
-        "python -m sim.gcode.oracle",
+        "python -m sim.motion.gcode.oracle",
     ),
     "tap": (
         "an EtherCAT master on the simulated slave",

@@ -7,10 +7,10 @@ import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
-from sim.harness import waves
-from sim.harness.build import verilator_driver
-from sim.harness.linked import linked
-from sim.harness.plain import plain, workshop
+from sim.rtl import waves
+from sim.rtl.build import verilator_driver
+from sim.rtl.linked import linked
+from sim.rtl.plain import plain, workshop
 
 RUNTIME = ("verilated", "verilated_threads", "verilated_timing")
 OPTIONS = "--binary --timing --assert -O3 -Wno-fatal --x-initial unique --x-assign unique"

@@ -12,7 +12,7 @@ import pytest
 from rich.console import Console
 
 from scripts import goals as command
-from sim.goals import (
+from sim.report.goals import (
     Goal,
     as_json,
     at_least,

@@ -16,9 +16,9 @@ from pathlib import Path
 
 import pytest
 
-from sim.ethercat import line
-from sim.harness import dual_rtl, interpolator_rtl, motion_rtl
-from sim.harness.sources import sources_of
+from sim.bus import line
+from sim.rtl import dual_rtl, interpolator_rtl, motion_rtl
+from sim.rtl.sources import sources_of
 from tests.asip import resilient_bench
 from tests.bench.faults import RTL, copy, load
 from tests.motion_rtl import test_interpolators, test_pulse_generator

@@ -10,8 +10,8 @@ import sys
 from pathlib import Path
 
 from asip_asm.cli_as import main as assemble
-from sim.harness.nios_image import IMAGES
-from sim.harness.wave_layout import (
+from sim.rtl.nios_image import IMAGES
+from sim.rtl.wave_layout import (
     FLOAT_FILTER,
     Wave,
     filter_text,

@@ -20,7 +20,7 @@ from cocotb.triggers import FallingEdge, Timer
 from cocotb_tools.runner import get_results
 
 from sim.cocotb.runner import Simulation
-from sim.harness.build import ROOT
+from sim.rtl.build import ROOT
 
 OKAY, SLVERR = 0, 2
 PERIOD = 10  # simulation steps

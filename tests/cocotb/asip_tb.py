@@ -15,10 +15,15 @@ from cocotb.utils import get_sim_time
 
 from asip_asm.gen.asip_regmap import REGMAP
 from asip_asm.project import ROOT
+from sim.bench.run.bounds import bounds
 from sim.cocotb import golden
 from sim.cocotb.asip import Asip, AsipMonitor
 from sim.cocotb.clocked import word
-from sim.harness.asip_bus import (
+from sim.core.iss.path import preset
+from sim.robot import tracking
+from sim.robot.parameters import Robot
+from sim.robot.records import COUNTS, OUTPUTS, SET_POINTS, SetPoints
+from sim.rtl.asip_bus import (
     BLOCK,
     CLEAR,
     CSR,
@@ -29,17 +34,12 @@ from sim.harness.asip_bus import (
     STATUS,
     run_words,
 )
-from sim.iss.path import preset
-from sim.model import tracking
-from sim.model.parameters import Robot
-from sim.model.records import COUNTS, OUTPUTS, SET_POINTS, SetPoints
-from sim.run.bounds import bounds
 from tests.asip.tracking_path import reversing_path
 from tests.bench.seed import SEED
 from tests.cocotb.unit_tb import operands
 
 PROGRAMS = ROOT / "asip_asm/programs"
-LEG = ROOT / "sim/driver/leg_length.s"
+LEG = ROOT / "sim/core/host/leg_length.s"
 # Cycles of one tick, whatever the data are.
 CYCLES = {
     ("fast", "as_printed"): 204,

@@ -18,7 +18,7 @@ from types import ModuleType
 import pytest
 
 from sim.cocotb.runner import Simulation, outcomes
-from sim.harness.build import ROOT
+from sim.rtl.build import ROOT
 from tests.bench.needs import needs
 from tests.bench.seed import SEED
 

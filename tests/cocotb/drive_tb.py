@@ -12,7 +12,7 @@ from cocotb.triggers import RisingEdge
 
 from sim.cocotb.agent import Agent, signed
 from sim.cocotb.clocked import word
-from sim.harness.gen.drive_regmap import REGMAP
+from sim.rtl.gen.drive_regmap import REGMAP
 from tests.bench.seed import SEED
 
 AXES = 5

@@ -17,7 +17,7 @@ from asip_asm.command import script_parser
 from asip_asm.isa import default_isa
 from asip_asm.project import ROOT
 from sim.cocotb import bins
-from sim.goals import Goal, at_least, not_measured
+from sim.report.goals import Goal, at_least, not_measured
 from tests.cocotb import states_tb, test_asip, test_units
 from tests.cocotb.bench import FOLDER
 from tests.cocotb.unit_tb import COMPARISONS

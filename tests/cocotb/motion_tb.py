@@ -12,10 +12,10 @@ from cocotb.triggers import First, RisingEdge, Timer
 
 from sim.cocotb.agent import Agent, signed
 from sim.cocotb.clocked import word
-from sim.harness.gen.motion_regmap import REGMAP
-from sim.harness.interpolator_rtl import PLANES
-from sim.harness.motion_rtl import Edges
-from sim.harness.phase_record import DIRECTION, FIRST, LAST, UNITS_PER_PULSE, Record
+from sim.rtl.gen.motion_regmap import REGMAP
+from sim.rtl.interpolator_rtl import PLANES
+from sim.rtl.motion_rtl import Edges
+from sim.rtl.phase_record import DIRECTION, FIRST, LAST, UNITS_PER_PULSE, Record
 from tests.bench.seed import SEED
 
 RECORDS = REGMAP.blocks["records"].base

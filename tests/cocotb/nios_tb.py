@@ -11,13 +11,13 @@ import functools
 import cocotb
 import numpy as np
 
+from sim.bench.run.bounds import bounds
 from sim.cocotb.clocked import word
 from sim.cocotb.nios import Nios
-from sim.model import float32, tracking
-from sim.model.parameters import Robot
-from sim.model.published import Published
-from sim.model.records import COUNTS, OUTPUTS, SET_POINTS, SetPoints
-from sim.run.bounds import bounds
+from sim.robot import float32, tracking
+from sim.robot.parameters import Robot
+from sim.robot.published import Published
+from sim.robot.records import COUNTS, OUTPUTS, SET_POINTS, SetPoints
 from tests.asip.tracking_path import reversing_path
 from tests.bench.seed import SEED
 

@@ -28,9 +28,9 @@ from asip_asm.files import write_text
 from asip_asm.project import BUILD
 from sim.cocotb import golden
 from sim.cocotb.runner import Simulation, outcomes
-from sim.goals import Goal, at_least, exactly, not_measured
-from sim.harness import runtime
-from sim.harness.sources import sources_of
+from sim.report.goals import Goal, at_least, exactly, not_measured
+from sim.rtl import runtime
+from sim.rtl.sources import sources_of
 from tests.bench import faults as table
 from tests.bench.faults import BY_MACRO, BY_NUMBER, RTL, Fault, plant, write_if_changed
 from tests.cocotb import test_asip, test_custom, test_units

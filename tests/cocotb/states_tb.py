@@ -16,7 +16,7 @@ from asip_asm.ir import Operation
 from sim.cocotb import bins, golden
 from sim.cocotb.asip import Asip
 from sim.cocotb.clocked import word
-from sim.harness.asip_bus import BLOCK, CSR, IRQ_ALL, register_address
+from sim.rtl.asip_bus import BLOCK, CSR, IRQ_ALL, register_address
 from tests.asip.core_bench import EMPTY, HALT, image, is_fma, op, safe_word
 from tests.bench.seed import SEED
 from tests.cocotb.asip_tb import OPERATIONS

@@ -10,8 +10,8 @@ import pytest
 
 from scripts import code_coverage
 from sim.cocotb import bins
-from sim.harness import coverage
-from sim.harness.coverage import Point
+from sim.rtl import coverage
+from sim.rtl.coverage import Point
 from tests.bench.faults import RTL
 from tests.cocotb import functional, planted
 

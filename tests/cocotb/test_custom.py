@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every custom instruction of both platforms under cocotb: the tests of custom_tb.py."""
 
-from sim.custom_table import load
+from sim.rtl.custom_table import load
 from tests.cocotb import custom_tb
 from tests.cocotb.bench import Run, one_test_each
 

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from sim.cocotb import golden
-from sim.fpbench import softfloat
-from sim.fpbench.softfloat import COMPARISONS
+from sim.core.fpbench import softfloat
+from sim.core.fpbench.softfloat import COMPARISONS
 from tests.fpu import stimulus
 from tests.fpu.tb import generator
 

@@ -24,7 +24,7 @@ from typing import Any
 
 from asip_asm.command import command_parser
 from asip_asm.files import write_text
-from sim.harness.nios_rtl import NiosRtl
+from sim.rtl.nios_rtl import NiosRtl
 from tests.conformance.tools import BAD, FOLDER, ToolError, dejagnu, program, runtime
 
 RESULTS = FOLDER / "gdb.json"

@@ -14,10 +14,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from asip_asm.project import ROOT
-from sim.goals import Goal, at_least, at_most, depth, exactly, not_measured
-from sim.harness.nios_dhrystone import measure as dhrystone
-from sim.harness.nios_image import IMAGES
-from sim.harness.nios_rtl import PLATFORMS
+from sim.report.goals import Goal, at_least, at_most, depth, exactly, not_measured
+from sim.rtl.nios_dhrystone import measure as dhrystone
+from sim.rtl.nios_image import IMAGES
+from sim.rtl.nios_rtl import PLATFORMS
 from tests.bench.seed import SEED
 from tests.conformance import dap_sessions, gdb_suite, torture
 from tests.conformance.machine import MACHINES
@@ -167,7 +167,7 @@ def first_prompt(full: bool) -> Iterator[Goal]:
         elf = "nios_sw/images/run/speed_debug_fpga2.elf"
         session = f"target remote | .venv/bin/nios-run --gdb - {elf}"
         gdb = [cache / "install/bin/nios2-elf-gdb", "-nx", "-batch"]
-        build = "from sim.harness.nios_rtl import NiosRtl; NiosRtl('fpga2', debug=True)"
+        build = "from sim.rtl.nios_rtl import NiosRtl; NiosRtl('fpga2', debug=True)"
         for command in (
             ["git", "clone", "-q", ROOT, clone],
             ["make", "-s", "-C", clone, "setup", "nios-gdb"],

@@ -12,9 +12,9 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from sim.harness.n2_lockstep import find_qemu
-from sim.harness.nios_image import ImageError, read_elf
-from sim.harness.nios_rtl import NiosRtl
+from sim.rtl.n2_lockstep import find_qemu
+from sim.rtl.nios_image import ImageError, read_elf
+from sim.rtl.nios_rtl import NiosRtl
 
 MACHINES = ("fpga1", "fpga2", "qemu")
 CYCLES = 100_000_000  # of the RTL, about a minute

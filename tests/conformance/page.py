@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from asip_asm.project import ROOT
-from sim.page.marks import write_between_marks
+from sim.report.marks import write_between_marks
 from tests.conformance import dap_sessions, gdb_suite, torture
 
 PAGE = ROOT / "docs/conformance.md"

@@ -7,16 +7,16 @@ import ctypes
 
 import numpy as np
 
-from sim.custom_table import Instruction, load
-from sim.harness.build import ROOT, build_library
-from sim.harness.sources import sources_of
-from sim.harness.verilated import Verilated
+from sim.rtl.build import ROOT, build_library
+from sim.rtl.custom_table import Instruction, load
+from sim.rtl.sources import sources_of
+from sim.rtl.verilated import Verilated
 from tests.bench.seed import SEED
 from tests.fpu.tb import generator
 
-BENCH = ROOT / "sim/harness/ci_bench.sv"
-HARNESS = ROOT / "sim/harness/ci_harness.cpp"
-HIERARCHY = ROOT / "sim/harness/ci_bench.vlt"
+BENCH = ROOT / "sim/rtl/ci_bench.sv"
+HARNESS = ROOT / "sim/rtl/ci_harness.cpp"
+HIERARCHY = ROOT / "sim/rtl/ci_bench.vlt"
 # select_i of ci_bench; the combinational components have outputs of their own.
 SLAVES = {"fpga1": 1, "fpga2": 2}
 ALONE = {

@@ -12,8 +12,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from sim.fpbench import softfloat as reference
-from sim.fpbench.softfloat import COMPARISONS as COMPARED
+from sim.core.fpbench import softfloat as reference
+from sim.core.fpbench.softfloat import COMPARISONS as COMPARED
 from tests.bench.seed import SEED
 from tests.custom.ci_bench import ALONE, HALF, PLATFORMS, SLAVES, CiBench, fields
 from tests.fpu import stimulus

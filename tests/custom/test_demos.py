@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from sim.custom_table import load
-from sim.harness.build import ROOT
-from sim.harness.nios_image import read_elf
-from sim.harness.nios_rtl import NiosRtl
+from sim.rtl.build import ROOT
+from sim.rtl.custom_table import load
+from sim.rtl.nios_image import read_elf
+from sim.rtl.nios_rtl import NiosRtl
 from tests.bench.commands import output
 from tests.bench.needs import needs
 

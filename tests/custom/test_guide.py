@@ -14,11 +14,11 @@ from pathlib import Path
 
 import pytest
 
-from sim.harness.build import ROOT, WAIVERS, verilator_driver
+from sim.rtl.build import ROOT, WAIVERS, verilator_driver
 from tests.bench.commands import output
 
 PAGE = ROOT / "docs/custom_instructions.md"
-COPIED = ("rtl", "scripts", "nios_sw", "sim/harness", "asip_asm", "docs")
+COPIED = ("rtl", "scripts", "nios_sw", "sim/rtl", "asip_asm", "docs")
 GROUP = "      always_comb begin\n        combo_result_o = 32'd0;\n"  # of ci_slaves: results of it
 LAST = "        if (combo_n_i == ci_pkg::FPGA2_N_FSIGN) combo_result_o = sign;\n"
 
@@ -82,7 +82,7 @@ def test_guide__hardware__lint_and_a_run_through_the_interconnect(copy):
         )
     )
     listing = (
-        "import json; from sim.harness.sources import sources_of; "
+        "import json; from sim.rtl.sources import sources_of; "
         "print(json.dumps([str(path) for path in sources_of('ci_slaves')]))"
     )
     files = json.loads(output(sys.executable, "-c", listing, cwd=copy))

@@ -17,10 +17,10 @@ import pytest
 
 from scripts import gen_custom
 from scripts.custom_components import ports_of
-from sim.custom_table import FPGA_OF, SOURCE, CustomError, load
-from sim.harness.build import ROOT
-from sim.harness.plain import plain
-from sim.harness.sources import sources_of
+from sim.rtl.build import ROOT
+from sim.rtl.custom_table import FPGA_OF, SOURCE, CustomError, load
+from sim.rtl.plain import plain
+from sim.rtl.sources import sources_of
 from tests.asip.test_platform_designer import ports_and_parameters
 from tests.bench.commands import output
 from tests.bench.needs import find, needs
@@ -165,7 +165,7 @@ def test_links__hardware_header_demo_test_and_documentation(platform, part, mine
     page = (ROOT / "docs/ci.md").read_text()
     guide = (ROOT / "docs/custom_instructions.md").read_text()
     assert f"`{part.name}`" in guide
-    bench = (ROOT / "sim/harness/ci_bench.sv").read_text()
+    bench = (ROOT / "sim/rtl/ci_bench.sv").read_text()
     assert re.search(rf"^  {part.name} ", bench, re.M)
     for item in mine:
         assert f"#define CI_{item.name.upper()}_N {item.n}\n" in header

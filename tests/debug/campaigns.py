@@ -11,12 +11,12 @@ from pathlib import Path
 
 from asip_asm.assemble import assemble
 from asip_asm.image import Image
+from sim.core.iss import Iss
 from sim.debug.client import Client
 from sim.debug.link import DirectLink
 from sim.debug.model import DebugRtl
 from sim.debug.state import Channel, ScopeSetup, State, place_address, word_of
-from sim.harness.asip_bus import BLOCK, CLEAR, CSR, START, STATUS
-from sim.iss import Iss
+from sim.rtl.asip_bus import BLOCK, CLEAR, CSR, START, STATUS
 from tests.asip import core_bench
 from tests.asip.test_core_random import Writer
 

@@ -10,8 +10,8 @@ import pytest
 
 from sim.debug.client import DebugError
 from sim.debug.state import REGISTER, REGMAP, word_of
-from sim.harness.asip_bus import BLOCK, CSR, START
-from sim.harness.asip_rtl import AsipRtl
+from sim.rtl.asip_bus import BLOCK, CSR, START
+from sim.rtl.asip_rtl import AsipRtl
 from tests.asip import core_bench
 from tests.bench.seed import SEED
 from tests.debug import campaigns

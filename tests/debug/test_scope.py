@@ -23,7 +23,7 @@ from sim.debug.state import (
     place_address,
     word_of,
 )
-from sim.harness.asip_bus import CSR, START
+from sim.rtl.asip_bus import CSR, START
 from tests.asip import core_bench
 from tests.bench.seed import SEED
 from tests.debug.campaigns import loaded, model, recorded

@@ -151,7 +151,7 @@ class DapClient:
 @contextmanager
 def start_server(*arguments: str) -> Iterator[subprocess.Popen]:
     """asip-dbg with these arguments, its streams as pipes; killed at the end."""
-    command = [sys.executable, "-m", "sim.debugger", *arguments]
+    command = [sys.executable, "-m", "sim.debug.asip_dbg", *arguments]
     pipes = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.PIPE)
     with subprocess.Popen(command, cwd=ROOT, **pipes) as server:
         try:

@@ -5,11 +5,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from sim.debugger.commands import Commands
-from sim.debugger.iss_target import IssTarget
-from sim.debugger.program import DebuggedProgram
-from sim.debugger.session import Session
-from sim.debugger.target import Target
+from sim.debug.asip_dbg.commands import Commands
+from sim.debug.asip_dbg.iss_target import IssTarget
+from sim.debug.asip_dbg.program import DebuggedProgram
+from sim.debug.asip_dbg.session import Session
+from sim.debug.asip_dbg.target import Target
 
 LEG, LOOP, ENDLESS = (Path(__file__).with_name(f"{name}.s") for name in ("leg", "loop", "endless"))
 INPUTS = {"x": 0.3, "y": 0.1, "z": 0.2, "l": 0.45}

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from sim.debug.model import DebugRtl
-from sim.goals import Goal, at_most, exactly
+from sim.report.goals import Goal, at_most, exactly
 from tests.debugger.dap_client import DapClient, dap_session
 from tests.debugger.debugged import INPUTS, LEG
 from tests.debugger.terminal import PROMPT, Terminal

@@ -30,7 +30,7 @@ class Terminal:
         self._master, slave = pty.openpty()
         environment = {**os.environ, "HOME": str(home), "TERM": "xterm", "COLUMNS": "120"}
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "sim.debugger", *arguments],
+            [sys.executable, "-m", "sim.debug.asip_dbg", *arguments],
             stdin=slave,
             stdout=slave,
             stderr=slave,

@@ -13,10 +13,10 @@ from unittest.mock import DEFAULT, Mock
 import pytest
 
 from asip_asm.cli_as import main as asip_as
-from sim.debugger.__main__ import main
-from sim.debugger.command_table import CommandError, find_command
-from sim.debugger.completion import completions
-from sim.debugger.target import TargetGone
+from sim.debug.asip_dbg.__main__ import main
+from sim.debug.asip_dbg.command_table import CommandError, find_command
+from sim.debug.asip_dbg.completion import completions
+from sim.debug.asip_dbg.target import TargetGone
 from tests.debugger import debugged
 from tests.debugger.debugged import LEG, LOOP
 
@@ -283,7 +283,7 @@ def test_rows_of_inputs_feed_the_ticks(leg, tmp_path):
 
 def test_start_takes_no_package_that_it_does_not_need():
     code = (
-        "import sys; from sim.debugger.__main__ import main; "
+        "import sys; from sim.debug.asip_dbg.__main__ import main; "
         f"main([{str(LEG)!r}, '--iss', '--batch']); "
         "print([m for m in ('prompt_toolkit', 'scipy', 'matplotlib', 'rich') if m in sys.modules])"
     )

@@ -17,13 +17,13 @@ from pathlib import Path
 
 import pytest
 
+from sim.debug.asip_dbg.block_target import BlockTarget
+from sim.debug.asip_dbg.command_table import CommandError
+from sim.debug.asip_dbg.driven_target import DrivenTarget
+from sim.debug.asip_dbg.target import Target, TargetError, TargetGone
 from sim.debug.client import Client, connect
 from sim.debug.model import DebugRtl
 from sim.debug.server import Server
-from sim.debugger.block_target import BlockTarget
-from sim.debugger.command_table import CommandError
-from sim.debugger.driven_target import DrivenTarget
-from sim.debugger.target import Target, TargetError, TargetGone
 from tests.bench.seed import SEED
 from tests.debugger import debugged
 from tests.debugger.debugged import ENDLESS, INPUTS, LEG, LOOP

@@ -11,10 +11,10 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from sim import guard
-from sim.asip_run.inputs import UserError
-from sim.debugger.dap_launch import launch_options
-from sim.debugger.options import parse_arguments
+from sim.debug import guard
+from sim.debug.asip_dbg.dap_launch import launch_options
+from sim.debug.asip_dbg.options import parse_arguments
+from sim.debug.asip_run.inputs import UserError
 from tests.debugger.dap_client import DapClient, dap_session, start_server, validate
 from tests.debugger.debugged import ENDLESS, INPUTS, LEG, LOOP
 

@@ -10,12 +10,12 @@ from collections.abc import Iterator
 import pytest
 
 from asip_asm.project import ROOT
-from sim.debugger.dap_adapter import CAPABILITIES
-from sim.debugger.dap_fields import CHECKED_ELSEWHERE, OBEYED
+from sim.debug.asip_dbg.dap_adapter import CAPABILITIES
+from sim.debug.asip_dbg.dap_fields import CHECKED_ELSEWHERE, OBEYED
 from tests.debugger.dap_client import DapClient, dap_session, schema
 from tests.debugger.debugged import INPUTS, LEG
 
-ADAPTER = (ROOT / "sim/debugger/dap_adapter.py").read_text()
+ADAPTER = (ROOT / "sim/debug/asip_dbg/dap_adapter.py").read_text()
 REQUESTS = [name for name in re.findall(r"def do_(\w+)", ADAPTER) if name not in CHECKED_ELSEWHERE]
 PARTS = {
     "source": "Source",

@@ -10,11 +10,11 @@ from asip_asm.debug_map import Finder
 from asip_asm.link import link, link_maps
 from asip_asm.model.compiler import compile_law
 from asip_asm.model.program import build
-from sim.asip_model.__main__ import main
-from sim.debugger.__main__ import main as asip_dbg
-from sim.debugger.iss_target import IssTarget
-from sim.debugger.program import DebuggedProgram, ProgramError
-from sim.prove_program import draw_ticks
+from sim.debug.asip_dbg.__main__ import main as asip_dbg
+from sim.debug.asip_dbg.iss_target import IssTarget
+from sim.debug.asip_dbg.program import DebuggedProgram, ProgramError
+from sim.laws.asip_model.__main__ import main
+from sim.laws.prove_program import draw_ticks
 from tests.model_compiler.laws import mixed, sample
 from tests.model_compiler.test_several import write_laws
 

@@ -12,11 +12,11 @@ import pytest
 
 from asip_asm.isa import default_isa
 from scripts.doc_blocks import code_blocks
-from sim.debugger.command_table import CommandError, find_command
-from sim.debugger.commands import Commands
-from sim.debugger.dap_launch import NAMES, OF_CLIENTS, launch_options
-from sim.debugger.options import open_session, parse_arguments
-from sim.harness.build import ROOT
+from sim.debug.asip_dbg.command_table import CommandError, find_command
+from sim.debug.asip_dbg.commands import Commands
+from sim.debug.asip_dbg.dap_launch import NAMES, OF_CLIENTS, launch_options
+from sim.debug.asip_dbg.options import open_session, parse_arguments
+from sim.rtl.build import ROOT
 
 PAGE = ROOT / "docs/debugger.md"
 TEXT = PAGE.read_text()

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from scripts.doc_blocks import Block, code_blocks
-from sim.harness.build import ROOT
+from sim.rtl.build import ROOT
 
 OWN_TESTS = ("own_machine.md", "your_robot.md")  # word for word: test_own_machine, test_wheel
 PAGES = [
@@ -60,7 +60,7 @@ def block_commands() -> Iterator[Command]:
 def inline_commands() -> Iterator[Command]:
     """Commands between backquotes in the text of every Markdown file, placeholders left out."""
     tracked = [*PAGES, *(ROOT / "docs" / name for name in OWN_TESTS), *ROOT.glob("[!.]*/README.md")]
-    tracked += [page for page in ROOT.glob("[!.]*/*/README.md") if "build" not in page.parts]
+    tracked += [page for page in ROOT.glob("[!.]*/*/**/README.md") if "build" not in page.parts]
     for page in tracked:
         text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.M | re.S)
         for found in INLINE.finditer(text):

@@ -13,8 +13,8 @@ import pytest
 
 from asip_asm.assemble import assemble
 from scripts.doc_blocks import code_blocks, write_files
-from sim.harness.build import ROOT, verilator_driver
-from sim.harness.plain import plain
+from sim.rtl.build import ROOT, verilator_driver
+from sim.rtl.plain import plain
 from tests.bench.commands import output
 from tests.docs.commands import (
     PAGES,
@@ -51,13 +51,13 @@ NOT_RUN = {
     ".venv/bin/python -m scripts.code_coverage": "an hour: runs all suites, tests/cocotb",
     "nios": "needs the cross compiler or a model that takes minutes to build",
     ".venv/bin/python scripts/synth_unit.py": "needs Yosys, minutes",
-    ".venv/bin/python -m sim.motion.show": "minutes",
-    ".venv/bin/python -m sim.lookahead.stress": "minutes without --count",
-    ".venv/bin/python -m sim.run.nios_profile": "builds another model, minutes",
-    "python -m sim.dual": "builds another model, minutes",
-    "python -m sim.gcode.oracle": "needs LinuxCNC's interpreter, tests/gcode",
-    "python -m sim.lookahead --figures": "a minute, tests/lookahead",
-    "python -m sim.planner --figures": "a minute, tests/planner",
+    ".venv/bin/python -m sim.bench.motion.show": "minutes",
+    ".venv/bin/python -m sim.motion.lookahead.stress": "minutes without --count",
+    ".venv/bin/python -m sim.bench.run.nios_profile": "builds another model, minutes",
+    "python -m sim.bench.dual": "builds another model, minutes",
+    "python -m sim.motion.gcode.oracle": "needs LinuxCNC's interpreter, tests/gcode",
+    "python -m sim.motion.lookahead --figures": "a minute, tests/lookahead",
+    "python -m sim.motion.planner --figures": "a minute, tests/planner",
     "cc ": "a fragment, its main.c is the reader's; own_machine.md has a whole one",
     "yosys": "is not part of this set-up, tests/fpu",
 }

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 import pywellen
 
-from sim.harness.build import ROOT
+from sim.rtl.build import ROOT
 from tests.bench.commands import output
 from tests.bench.needs import needs
 from tests.motion_rtl.test_pulse_generator import Generator

@@ -15,7 +15,7 @@ import pytest
 from asip_asm.assemble import assemble
 from scripts.doc_blocks import code_blocks, write_files
 from sim import Core
-from sim.harness.build import ROOT
+from sim.rtl.build import ROOT
 from tests.bench.commands import output
 
 PAGE = ROOT / "docs/own_machine.md"
@@ -80,7 +80,7 @@ def test_c__on_hardware__one_line_changes(printed, folder):
     text, count = re.subn(r"^  asip core = .*\n", line, text, flags=re.M)
     assert count == 1
     (folder / "board.c").write_text(text)
-    options = ("-std=c99", "-Wall", "-Wextra", "-Werror", f"-I{ROOT / 'sim/driver'}")
+    options = ("-std=c99", "-Wall", "-Wextra", "-Werror", f"-I{ROOT / 'sim/core/host'}")
     output("cc", *options, "-fsyntax-only", "board.c", cwd=folder)
 
 

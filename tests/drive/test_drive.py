@@ -10,9 +10,9 @@ import pytest
 from scipy import signal
 from scipy.integrate import solve_ivp
 
-from sim.drive import servo as drive_servo
-from sim.drive.figures import PUBLISHED_TRANSIENT, following_results, responses, servo_results
-from sim.drive.position_loop import (
+from sim.bench.cnc import servo as drive_servo
+from sim.bench.cnc.figures import PUBLISHED_TRANSIENT, following_results, responses, servo_results
+from sim.bench.cnc.position_loop import (
     CASES,
     SUBSTEPS,
     Case,
@@ -22,7 +22,7 @@ from sim.drive.position_loop import (
     greatest_acceleration,
     simulate,
 )
-from sim.drive.position_loop import tuned_k2 as tune
+from sim.bench.cnc.position_loop import tuned_k2 as tune
 
 SECOND = math.sqrt(0.5)
 LINEAR_TOLERANCE = 0.08  # of a step: words by interpolation against words by pure delay

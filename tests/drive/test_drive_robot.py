@@ -6,17 +6,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim.drive.figures import AGH, STROKES
-from sim.drive.position_loop import CASES, Case, Drive, DriveError
-from sim.drive.robot import LEAD_IN as LEAD_IN_S
-from sim.drive.robot import DriveController, RobotRun, leg_drive, simulate, stroke
-from sim.gcode.interpreter import parse_file
-from sim.model.parameters import Robot
-from sim.model.records import SetPoints
-from sim.model.tracking import joint_path
-from sim.path.moves import Motion
-from sim.run import nios
-from sim.trajectory.exact_stop import Trajectory, generate
+from sim.bench.cnc.figures import AGH, STROKES
+from sim.bench.cnc.position_loop import CASES, Case, Drive, DriveError
+from sim.bench.cnc.robot import LEAD_IN as LEAD_IN_S
+from sim.bench.cnc.robot import DriveController, RobotRun, leg_drive, simulate, stroke
+from sim.bench.run import nios
+from sim.motion.gcode.interpreter import parse_file
+from sim.motion.geometry.moves import Motion
+from sim.motion.trajectory.exact_stop import Trajectory, generate
+from sim.robot.parameters import Robot
+from sim.robot.records import SetPoints
+from sim.robot.tracking import joint_path
 
 LEG_DRIVE = leg_drive(Robot.load())
 LEAD_IN = round(LEAD_IN_S / Robot.load().T_s)  # ticks

@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from sim.harness import build
-from sim.harness.build import ROOT
+from sim.rtl import build
+from sim.rtl.build import ROOT
 from tests.bench.faults import BY_NUMBER, RTL, Fault, load, plant, write_if_changed
 
 TABLE = Path(__file__).with_name("faults.toml")

@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 
 from asip_asm.assemble import assemble
-from sim.harness.asip_bus import BLOCK, CSR
-from sim.harness.dual_rtl import LISTS, MEASURED_SOURCE, REGMAP, DualRtl
+from sim.rtl.asip_bus import BLOCK, CSR
+from sim.rtl.dual_rtl import LISTS, MEASURED_SOURCE, REGMAP, DualRtl
 from tests.bench.seed import SEED
 
 FOLDER = Path(__file__).parent

@@ -10,19 +10,19 @@ import signal
 import numpy as np
 import pytest
 
-from sim.dual import __main__ as command
-from sim.dual import report
-from sim.dual.loop import TICK, Loop, differing, follow, stretches_of
-from sim.dual.moves import moves_of
-from sim.dual.report import DATA, PAGE, PageError, nominal_clocks, publish, replaced
-from sim.dual.system import TwoProcessors
-from sim.gcode.interpreter import parse_file
-from sim.model.parameters import Robot
-from sim.page.marks import MarksError
-from sim.run import closed_loop
-from sim.run.controller import ControllerFault
-from sim.run.nios import set_points
-from sim.trajectory.exact_stop import generate
+from sim.bench.dual import __main__ as command
+from sim.bench.dual import report
+from sim.bench.dual.loop import TICK, Loop, differing, follow, stretches_of
+from sim.bench.dual.moves import moves_of
+from sim.bench.dual.report import DATA, PAGE, PageError, nominal_clocks, publish, replaced
+from sim.bench.dual.system import TwoProcessors
+from sim.bench.run.nios import set_points
+from sim.core import closed_loop
+from sim.core.controller import ControllerFault
+from sim.motion.gcode.interpreter import parse_file
+from sim.motion.trajectory.exact_stop import generate
+from sim.report.marks import MarksError
+from sim.robot.parameters import Robot
 from tests.dual.test_path import MOVES, QUICK, SHORT
 
 TICKS = 120
@@ -236,7 +236,7 @@ def test_registers__that_contradict_the_run_are_refused(trajectory, monkeypatch)
 def test_page__shows_the_figures_that_are_kept_beside_it():
     text = PAGE.read_text(encoding="utf-8")
     data = json.loads(DATA.read_text(encoding="utf-8"))
-    assert replaced(text, data) == text, "run `python -m sim.dual --docs`"
+    assert replaced(text, data) == text, "run `python -m sim.bench.dual --docs`"
     assert data["complete"] and data["whole_path"] and data["ticks_done"] == data["ticks"]
 
 

@@ -10,19 +10,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sim.dual.__main__ import main
-from sim.dual.moves import RING_RECORDS, PathNotSuitedError, moves_of, rest
-from sim.dual.report import nominal_clocks, set_point_errors
-from sim.dual.system import TwoProcessors, program
-from sim.gcode.interpreter import parse, parse_file
-from sim.harness.dual_rtl import DualRtl
-from sim.model.parameters import Robot
-from sim.model.plant import Plant
-from sim.model.records import SET_POINTS
-from sim.run import closed_loop
-from sim.run.controller import AsipController, ControllerFault
-from sim.run.nios import set_points
-from sim.trajectory.exact_stop import MotionSettings, generate
+from sim.bench.dual.__main__ import main
+from sim.bench.dual.moves import RING_RECORDS, PathNotSuitedError, moves_of, rest
+from sim.bench.dual.report import nominal_clocks, set_point_errors
+from sim.bench.dual.system import TwoProcessors, program
+from sim.bench.run.nios import set_points
+from sim.core import closed_loop
+from sim.core.controller import AsipController, ControllerFault
+from sim.motion.gcode.interpreter import parse, parse_file
+from sim.motion.trajectory.exact_stop import MotionSettings, generate
+from sim.robot.parameters import Robot
+from sim.robot.plant import Plant
+from sim.robot.records import SET_POINTS
+from sim.rtl.dual_rtl import DualRtl
 
 MOVES = Path(__file__).with_name("moves.ngc")
 SHORT = 512  # clocks of a period, above all work
@@ -223,7 +223,7 @@ def test_moves__a_path_without_stops_is_refused_by_line():
 
 
 def test_cli__writes_figures_and_tables(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("sim.dual.__main__.SINGLE", tmp_path / "none.json")
+    monkeypatch.setattr("sim.bench.dual.__main__.SINGLE", tmp_path / "none.json")
     assert main([str(MOVES), "--ticks", "1400", "--short-only", "--output", str(tmp_path)]) == 0
     data = json.loads((tmp_path / "results.json").read_text())
     assert data["ticks"] == 1400

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from sim.harness import dual_rtl
-from sim.harness.asip_rtl import AsipError
+from sim.rtl import dual_rtl
+from sim.rtl.asip_rtl import AsipError
 from tests.bench.faults import RTL, load
 from tests.dual import test_hand_over
 from tests.dual.planted import TABLE, VARIABLE, build_with_faults, planted, sources

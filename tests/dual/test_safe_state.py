@@ -12,16 +12,16 @@ import dataclasses
 import numpy as np
 import pytest
 
-from sim.dual.moves import Move, moves_of
-from sim.dual.system import RATES, TwoProcessors, program
-from sim.gcode.interpreter import parse_file
-from sim.harness.asip_bus import CSR, FAULT_NAMES, STATUS
-from sim.harness.dual_rtl import MEASURED_SOURCE, REGMAP
-from sim.model.parameters import Robot
-from sim.model.plant import Plant
-from sim.run.controller import AsipController, ControllerFault
-from sim.run.nios import set_points
-from sim.trajectory.exact_stop import generate
+from sim.bench.dual.moves import Move, moves_of
+from sim.bench.dual.system import RATES, TwoProcessors, program
+from sim.bench.run.nios import set_points
+from sim.core.controller import AsipController, ControllerFault
+from sim.motion.gcode.interpreter import parse_file
+from sim.motion.trajectory.exact_stop import generate
+from sim.robot.parameters import Robot
+from sim.robot.plant import Plant
+from sim.rtl.asip_bus import CSR, FAULT_NAMES, STATUS
+from sim.rtl.dual_rtl import MEASURED_SOURCE, REGMAP
 from tests.dual.test_path import HOME, MOVES, QUICK, SHORT
 
 NAN, INF = 0x7FC00000, 0x7F800000

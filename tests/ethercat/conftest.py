@@ -3,7 +3,7 @@
 
 import pytest
 
-from sim.ethercat.line import Line
+from sim.bus.line import Line
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ from random import Random
 from scapy.contrib import ethercat as ec
 from scapy.layers.l2 import Ether
 
-from sim.ethercat.gen import esc_regmap
+from sim.bus.gen import esc_regmap
 from tests.ethercat import managers
 
 NAMES = "APRD APWR APRW FPRD FPWR FPRW BRD BWR BRW LRD LWR LRW ARMW FRMW"

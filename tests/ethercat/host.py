@@ -18,8 +18,8 @@ from pathlib import Path
 from typing import Self
 
 from asip_asm.project import BUILD, ROOT
-from sim.coe.dictionary import Device, load
-from sim.ethercat.gen.esc_regmap import AL_CONTROL, AL_STATUS, AL_STATUS_CODE, SM_START
+from sim.bus.coe.dictionary import Device, load
+from sim.bus.gen.esc_regmap import AL_CONTROL, AL_STATUS, AL_STATUS_CODE, SM_START
 from tests.ethercat import managers
 
 APPLICATION = ROOT / "nios_sw/ethercat"

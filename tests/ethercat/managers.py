@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sync managers as a master sets them up: control bytes, and the bytes of the registers."""
 
-from sim.ethercat.gen.esc_regmap import SM_ACTIVATE, SM_CONTROL, SM_LENGTH, SM_PDI, SM_START
+from sim.bus.gen.esc_regmap import SM_ACTIVATE, SM_CONTROL, SM_LENGTH, SM_PDI, SM_START
 
 BOX_OUT = SM_CONTROL.word(mode=2, direction=1, pdi_event=1)  # a mailbox that the master writes
 BOX_IN = SM_CONTROL.word(mode=2, pdi_event=1)

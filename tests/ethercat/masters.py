@@ -1,20 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Commands of sim.ethercat that run a master and Verilated slaves, and what they report."""
+"""Commands of sim.bus that run a master and Verilated slaves, and what they report."""
 
 from __future__ import annotations
 
 import json
 
-from sim.ethercat.line import library
-from sim.ethercat.tap import in_namespace
+from sim.bus.line import library
+from sim.bus.tap import in_namespace
 
 
 def report_of(module: str, *options: object, timeout: float = 600, status: int = 0) -> dict:
-    """The JSON in the last line that `python -m sim.ethercat.MODULE` prints.
+    """The JSON in the last line that `python -m sim.bus.MODULE` prints.
 
     KickCAT prints lines of its own before it. Raises AssertionError for another exit status.
     """
     library()  # built here: the master's clock runs in the other process
-    done = in_namespace(f"sim.ethercat.{module}", [*map(str, options)], timeout=timeout)
+    done = in_namespace(f"sim.bus.{module}", [*map(str, options)], timeout=timeout)
     assert done.returncode == status, done.stdout + done.stderr
     return json.loads(done.stdout.splitlines()[-1])

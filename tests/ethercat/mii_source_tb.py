@@ -14,21 +14,10 @@ from random import Random
 import cocotb
 from cocotb.task import bridge
 
+from sim.bus.datagram import APRD, APWR, BRD, FPRD, FPWR, LRW, answer, datagram, frame, single
+from sim.bus.gen import esc_regmap
+from sim.bus.line import GAP_NIBBLES, SEQUENCE_BYTES, check_sequence
 from sim.cocotb.mii import Port
-from sim.ethercat.datagram import (
-    APRD,
-    APWR,
-    BRD,
-    FPRD,
-    FPWR,
-    LRW,
-    answer,
-    datagram,
-    frame,
-    single,
-)
-from sim.ethercat.gen import esc_regmap
-from sim.ethercat.line import GAP_NIBBLES, SEQUENCE_BYTES, check_sequence
 from tests.ethercat.frames import MEMORY, MEMORY_END, Datagram, Fmmu, Slave
 from tests.ethercat.test_back_to_back import check_frames, random_chains
 from tests.ethercat.test_frames import COMMIT_NS, STATION, check, random_chain, set_up

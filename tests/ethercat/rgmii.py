@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """One slave controller with an adapter and an RGMII PHY at each of its two ports, Verilated.
 
-Frames go in and out as with `sim.ethercat.line.Line`, of which it has `send`, `receive`,
+Frames go in and out as with `sim.bus.line.Line`, of which it has `send`, `receive`,
 `exchange`, `run` and `now`. The PHYs (rgmii_harness.cpp) are written from the text of RGMII 2.0.
 """
 
@@ -11,7 +11,7 @@ import ctypes
 from dataclasses import dataclass
 from pathlib import Path
 
-from sim.ethercat import line, verilated
+from sim.bus import line, verilated
 
 HERE = Path(__file__).parent
 TOP = "rgmii_slave"

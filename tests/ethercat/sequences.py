@@ -11,8 +11,8 @@ import struct
 from collections.abc import Iterator
 from random import Random
 
-from sim.coe.dictionary import MAP_STEP, RX_MAP, TX_MAP, Entry, Object
-from sim.ethercat.gen.esc_regmap import AL_CONTROL
+from sim.bus.coe.dictionary import MAP_STEP, RX_MAP, TX_MAP, Entry, Object
+from sim.bus.gen.esc_regmap import AL_CONTROL
 from tests.ethercat import managers
 from tests.ethercat.host import DEVICE, ERROR, PREOP, SAFEOP, AbortedError, Host
 

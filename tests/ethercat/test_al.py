@@ -8,7 +8,7 @@ import struct
 
 import pytest
 
-from sim.ethercat.gen import esc_regmap
+from sim.bus.gen import esc_regmap
 from tests.ethercat import managers
 from tests.ethercat.host import BOOT, DEVICE, ERROR, INIT, OP, PREOP, SAFEOP, Host
 

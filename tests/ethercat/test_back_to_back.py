@@ -7,8 +7,8 @@ from random import Random
 
 import pytest
 
-from sim.ethercat.gen import esc_regmap
-from sim.ethercat.line import GAP_NIBBLES, Line
+from sim.bus.gen import esc_regmap
+from sim.bus.line import GAP_NIBBLES, Line
 from tests.bench.seed import SEED
 from tests.ethercat import managers
 from tests.ethercat.frames import MEMORY, WRITES, Datagram, Fmmu, Slave, frame

@@ -10,7 +10,7 @@ import pytest
 
 from asip_asm.project import ROOT
 from scripts import bus, bus_page, bus_rows
-from sim.goals import at_least, at_most, terminal_table
+from sim.report.goals import at_least, at_most, terminal_table
 
 
 @pytest.fixture
@@ -84,17 +84,17 @@ def marked(*patterns: str) -> set[str]:
 def test_mark__of_the_path_has_law_plant_and_bench():
     found = marked(*bus_rows.BENCH, *bus_rows.PROGRAM, *bus_rows.ROBOT, *bus_rows.rtl_of("asip"))
     wanted = {
-        *("rtl/asip/asip.sv", "asip_asm/programs/tracking_optimised.s", "sim/model/plant.py"),
-        *("asip_asm/programs/tracking.interface.toml", "sim/model/kinematics.py", "sim/robot.toml"),
-        *("sim/ethercat/device.py", "sim/ethercat/machine.py", "sim/run/controller.py"),
+        *("rtl/asip/asip.sv", "asip_asm/programs/tracking_optimised.s", "sim/robot/plant.py"),
+        *("asip_asm/programs/tracking.interface.toml", "sim/robot/kinematics.py", "sim/robot.toml"),
+        *("sim/bus/device.py", "sim/bus/machine.py", "sim/core/controller.py"),
         *("nios_sw/images/ethercat.elf", "sim/paths/agh.ngc", "asip_asm/isa.toml"),
     }
     assert wanted <= found
 
 
 def test_mark__of_slaves_and_masters_has_bench_dictionary_and_sii():
-    wanted = {f"sim/ethercat/{name}.py" for name in ("line", "datagram", "redundant", "tap")}
-    wanted |= {"sim/ethercat/slave_harness.cpp", "sim/ethercat/ring.h", "sim/coe/sii.py"}
+    wanted = {f"sim/bus/{name}.py" for name in ("line", "datagram", "redundant", "tap")}
+    wanted |= {"sim/bus/slave_harness.cpp", "sim/bus/ring.h", "sim/bus/coe/sii.py"}
     assert wanted | {"nios_sw/ethercat/dictionary.toml"} <= marked(*bus_rows.BENCH)
 
 

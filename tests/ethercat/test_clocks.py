@@ -6,9 +6,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim.ethercat.clocks import measure_delays, read, synchronise, write
-from sim.ethercat.gen import esc_regmap
-from sim.ethercat.line import Line
+from sim.bus.clocks import measure_delays, read, synchronise, write
+from sim.bus.gen import esc_regmap
+from sim.bus.line import Line
 
 PPM = (0.0, 100.0, -100.0)
 CABLE_PS = 500_000

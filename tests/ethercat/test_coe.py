@@ -14,7 +14,7 @@ import pytest
 from canopen import objectdictionary
 from canopen.sdo import SdoAbortedError, SdoClient
 
-from sim.coe.dictionary import TYPES
+from sim.bus.coe.dictionary import TYPES
 from tests.ethercat.host import DEVICE, HERE, OP, PREOP, AbortedError, Host, build
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import pytest
 
-from sim.coe.dictionary import load
+from sim.bus.coe.dictionary import load
 from tests.ethercat.masters import report_of
 
 pytestmark = pytest.mark.full

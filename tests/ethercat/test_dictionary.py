@@ -13,8 +13,8 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from scripts.gen_ethercat import generate
-from sim.coe import esi, sii
-from sim.coe.dictionary import SOURCE, DictionaryError, load
+from sim.bus.coe import esi, sii
+from sim.bus.coe.dictionary import SOURCE, DictionaryError, load
 from tests.bench.copies import edited
 
 DEVICE = load()

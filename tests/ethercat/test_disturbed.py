@@ -6,10 +6,10 @@ from __future__ import annotations
 
 import pytest
 
-from sim.coe.dictionary import load
-from sim.coe.sii import crc8, image
-from sim.ethercat.clocks import read, write
-from sim.ethercat.datagram import (
+from sim.bus.clocks import read, write
+from sim.bus.coe.dictionary import load
+from sim.bus.coe.sii import crc8, image
+from sim.bus.datagram import (
     APRD,
     APWR,
     BRD,
@@ -21,8 +21,8 @@ from sim.ethercat.datagram import (
     frame,
     single,
 )
-from sim.ethercat.gen import esc_regmap
-from sim.ethercat.line import Line, check_sequence
+from sim.bus.gen import esc_regmap
+from sim.bus.line import Line, check_sequence
 from tests.ethercat import managers
 from tests.ethercat.frames import Fmmu
 

@@ -15,12 +15,12 @@ from pathlib import Path
 
 import pytest
 
-from sim.coe import sii
-from sim.coe.dictionary import Device, load
-from sim.ethercat.datagram import APRD, APWR, ETHERNET, datagram, frame
-from sim.ethercat.device import CYCLE_CLOCKS, DeviceRtl
-from sim.ethercat.gen import esc_regmap
-from sim.ethercat.session import CSP, ENABLE, SHUTDOWN, START_NS, SWITCH_ON, outputs
+from sim.bus.coe import sii
+from sim.bus.coe.dictionary import Device, load
+from sim.bus.datagram import APRD, APWR, ETHERNET, datagram, frame
+from sim.bus.device import CYCLE_CLOCKS, DeviceRtl
+from sim.bus.gen import esc_regmap
+from sim.bus.session import CSP, ENABLE, SHUTDOWN, START_NS, SWITCH_ON, outputs
 from tests.ethercat import managers
 
 AL_CONTROL, AL_STATUS = esc_regmap.AL_CONTROL.address, esc_regmap.AL_STATUS.address

@@ -9,8 +9,8 @@ import pytest
 from scapy.contrib.ethercat import EtherCat
 from scapy.layers.l2 import Ether
 
-from sim.ethercat.gen import esc_regmap
-from sim.ethercat.line import Line, check_sequence
+from sim.bus.gen import esc_regmap
+from sim.bus.line import Line, check_sequence
 from tests.bench.seed import SEED
 from tests.ethercat.frames import (
     HEADER,

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import pytest
 
-from sim.ethercat import ethercrab_master
+from sim.bus import ethercrab_master
 from tests.bench.needs import needs
 from tests.ethercat.masters import report_of
 

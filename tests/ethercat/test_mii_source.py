@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from sim.harness.build import ROOT
+from sim.rtl.build import ROOT
 from tests.bus.axil import run_scenarios
 
 HERE = Path(__file__).parent

@@ -13,11 +13,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from sim.coe.dictionary import load
-from sim.ethercat.machine import AXES, FLAGS, POWER, TORQUE_ONLY, Machine
-from sim.ethercat.path_run import Curves, Drive, path_of, poses
-from sim.ethercat.session import inputs, outputs
-from sim.model.parameters import Robot
+from sim.bus.coe.dictionary import load
+from sim.bus.machine import AXES, FLAGS, POWER, TORQUE_ONLY, Machine
+from sim.bus.path_run import Curves, Drive, path_of, poses
+from sim.bus.session import inputs, outputs
+from sim.robot.parameters import Robot
 from tests.bench.needs import needs
 from tests.ethercat.host import DEVICE, Host
 from tests.ethercat.masters import report_of

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import pytest
 
-from sim.ethercat.dc_run import SHIFT_NS, SYNC0_NS
+from sim.bus.dc_run import SHIFT_NS, SYNC0_NS
 from tests.bench.needs import needs
 from tests.ethercat.masters import report_of
 

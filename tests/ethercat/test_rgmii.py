@@ -13,11 +13,11 @@ from random import Random
 import pytest
 
 from asip_asm.project import ROOT
-from sim.ethercat.clocks import read
-from sim.ethercat.datagram import APWR, LRW, answer, single
-from sim.ethercat.gen import esc_regmap
-from sim.ethercat.line import Line
-from sim.ethercat.register import ByteRegister
+from sim.bus.clocks import read
+from sim.bus.datagram import APWR, LRW, answer, single
+from sim.bus.gen import esc_regmap
+from sim.bus.line import Line
+from sim.bus.register import ByteRegister
 from tests.bench.seed import SEED
 from tests.ethercat.frames import MEMORY, Datagram, frame
 from tests.ethercat.rgmii import DOWN, PERIOD_PS, UP, Phy, Rgmii

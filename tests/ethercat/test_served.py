@@ -5,8 +5,8 @@ import threading
 
 import pytest
 
-from sim.ethercat.device import DeviceRtl
-from sim.ethercat.line import Line
+from sim.bus.device import DeviceRtl
+from sim.bus.line import Line
 
 NO_DEVICE = -1
 

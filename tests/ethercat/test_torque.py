@@ -11,14 +11,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sim.ethercat.forces import along_axes, directions, with_torques
-from sim.ethercat.gains import GainError, Gains
-from sim.ethercat.machine import AXES, PROGRAM, Machine
-from sim.ethercat.path_run import TICKS, Drive
-from sim.ethercat.session import CSP, ENABLE, SHUTDOWN, SWITCH_ON, inputs, outputs
-from sim.model.parameters import Robot
-from sim.model.plant import Plant
-from sim.model.tracking import Tracking
+from sim.bus.forces import along_axes, directions, with_torques
+from sim.bus.gains import GainError, Gains
+from sim.bus.machine import AXES, PROGRAM, Machine
+from sim.bus.path_run import TICKS, Drive
+from sim.bus.session import CSP, ENABLE, SHUTDOWN, SWITCH_ON, inputs, outputs
+from sim.robot.parameters import Robot
+from sim.robot.plant import Plant
+from sim.robot.tracking import Tracking
 from tests.ethercat.host import DEVICE, Host
 from tests.ethercat.test_path import HostLink
 

@@ -17,7 +17,7 @@ except ModuleNotFoundError:
     sys.exit("python -m tests.formal: no solver is installed here; `make formal` installs it")
 from rich.console import Console
 
-from sim.page.marks import between_marks
+from sim.report.marks import between_marks
 from tests.bench.faults import Fault, TableError
 from tests.formal.catalogue import Proof
 from tests.formal.engine import BUILD, PROVED, REFUTED, Verdict, plant, run

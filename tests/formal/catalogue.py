@@ -14,7 +14,7 @@ from pathlib import Path
 
 from bitwuzla import Term
 
-from sim.harness.sources import sources_of
+from sim.rtl.sources import sources_of
 from tests.bench.faults import Fault, load
 from tests.formal import ieee, logic
 from tests.formal.ieee import Outcome

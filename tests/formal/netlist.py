@@ -15,7 +15,7 @@ from pathlib import Path
 
 from bitwuzla import Kind, Term
 
-from sim.harness.wasm import run_tool
+from sim.rtl.wasm import run_tool
 from tests.formal import logic
 
 ROOT = Path(__file__).resolve().parents[2]

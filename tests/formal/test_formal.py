@@ -15,7 +15,7 @@ require("yosys", in_module=True)
 
 from bitwuzla import Bitwuzla  # noqa: E402
 
-from sim.fpbench import softfloat as reference  # noqa: E402
+from sim.core.fpbench import softfloat as reference  # noqa: E402
 from tests.bench.faults import Fault, TableError  # noqa: E402
 from tests.formal import engine, logic, netlist  # noqa: E402
 from tests.formal.__main__ import PAGE, main, page_text, summary, table  # noqa: E402

@@ -15,7 +15,7 @@ require("yosys", in_module=True)
 
 from bitwuzla import Bitwuzla, Options, Result  # noqa: E402
 
-from sim.harness.build import ROOT, file_list  # noqa: E402
+from sim.rtl.build import ROOT, file_list  # noqa: E402
 from tests.formal import logic  # noqa: E402
 from tests.formal.netlist import Netlist, Run, elaborate  # noqa: E402
 

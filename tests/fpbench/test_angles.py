@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sim.fpbench import Unit
-from sim.fpbench.native import RTL, angle_bound
-from sim.fpbench.report import REPORT
-from sim.fpbench.selfcheck import double_error
+from sim.core.fpbench import Unit
+from sim.core.fpbench.native import RTL, angle_bound
+from sim.core.fpbench.report import REPORT
+from sim.core.fpbench.selfcheck import double_error
 from tests.bench.copies import edited_folder
 
 # What a double below one ulp of error can be off, in ulp of binary32 (see angles.h).

@@ -11,12 +11,12 @@ from pathlib import Path
 import pytest
 from dask.distributed import LocalCluster
 
-from sim.fpbench import campaign, native, plan, report
-from sim.fpbench.__main__ import main, size
-from sim.fpbench.native import BenchError, fingerprint
-from sim.fpbench.plan import Part, Shard
-from sim.page.marks import MarksError
-from sim.page.provenance import commit
+from sim.core.fpbench import campaign, native, plan, report
+from sim.core.fpbench.__main__ import main, size
+from sim.core.fpbench.native import BenchError, fingerprint
+from sim.core.fpbench.plan import Part, Shard
+from sim.report.marks import MarksError
+from sim.report.provenance import commit
 from tests.bench.commands import output
 from tests.bench.copies import edited_folder
 
@@ -185,4 +185,4 @@ def test_case__word_that_is_none__usage_error(capsys) -> None:
 @pytest.mark.full
 def test_campaign__everything_but_the_extended_sections__no_mismatch() -> None:
     jobs = os.environ.get("JOBS", "2")
-    output(sys.executable, "-m", "sim.fpbench", "campaign", "--jobs", jobs, cwd=native.ROOT)
+    output(sys.executable, "-m", "sim.core.fpbench", "campaign", "--jobs", jobs, cwd=native.ROOT)

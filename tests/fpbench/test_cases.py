@@ -9,7 +9,7 @@ from math import isqrt
 import numpy as np
 import pytest
 
-from sim.fpbench import BenchError, Unit
+from sim.core.fpbench import BenchError, Unit
 
 ADD = "fp_add"  # every library holds the generators of all operations
 

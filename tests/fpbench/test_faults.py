@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from sim.fpbench import BenchError, Unit, quick
+from sim.core.fpbench import BenchError, Unit, quick
 from tests.bench.faults import copy, load
 
 CASES = 200_000

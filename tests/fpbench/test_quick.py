@@ -7,12 +7,12 @@ import os
 
 import pytest
 
-from sim.fpbench import Unit, operations, quick
-from sim.fpbench import selfcheck as selfcheck_module
-from sim.fpbench.directed import DIRECTED
-from sim.fpbench.native import unit_of
-from sim.fpbench.quick import RANDOM_CASES
-from sim.fpbench.selfcheck import selfcheck
+from sim.core.fpbench import Unit, operations, quick
+from sim.core.fpbench import selfcheck as selfcheck_module
+from sim.core.fpbench.directed import DIRECTED
+from sim.core.fpbench.native import unit_of
+from sim.core.fpbench.quick import RANDOM_CASES
+from sim.core.fpbench.selfcheck import selfcheck
 
 SEED = int(os.environ.get("SEED", "1"))
 ITERATIVE = ("sin", "cos")
@@ -21,7 +21,7 @@ ITERATIVE = ("sin", "cos")
 def shown(report) -> str:
     """The failure text: pasteable lines and how to replay the whole set."""
     lines = [str(failure) for failure in report.failures] + [report.protocol]
-    replay = f"replay: SEED={SEED} .venv/bin/python -m sim.fpbench bench --op {report.op}"
+    replay = f"replay: SEED={SEED} .venv/bin/python -m sim.core.fpbench bench --op {report.op}"
     return f"{report.op}: {report.mismatches} of {report.cases} cases differ\n" + "\n".join(
         [*lines, replay]
     )

@@ -25,9 +25,9 @@ from pathlib import Path
 
 import numpy as np
 
-from sim.core_backends import flag_text
-from sim.harness.assertions import assertions_of
-from sim.harness.plain import plain
+from sim.core.backends import flag_text
+from sim.rtl.assertion_files import assertions_of
+from sim.rtl.plain import plain
 from tests.asip import operation_cases
 from tests.bench.faults import write_if_changed
 from tests.bench.seed import SEED
@@ -35,7 +35,7 @@ from tests.bench.self_running import Program
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "rtl/fpu/fp_pkg.sv"
-STREAM = ROOT / "sim/harness/unit_stream.sv"
+STREAM = ROOT / "sim/rtl/unit_stream.sv"
 OUTPUTS = (("result_o", 32), ("flags_o", 5))  # besides valid_o
 SHOWN_FAILURES = 8
 
@@ -68,8 +68,8 @@ class Operation:
     """One operation of a unit: which ports take the operands and what the result must be.
 
     `reference` maps one uint32 array per operand port to (result bits, flags), see
-    `sim.fpbench.softfloat`. Inputs in neither `operands` nor `controls` carry random bits, so that
-    a result depending on an ignored port shows.
+    `sim.core.fpbench.softfloat`. Inputs in neither `operands` nor `controls` carry random bits,
+    so that a result depending on an ignored port shows.
     """
 
     name: str

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from asip_asm.isa import default_isa
-from sim.fpbench import softfloat as reference
+from sim.core.fpbench import softfloat as reference
 from tests.fpu import stimulus
 from tests.fpu.tb import Operation, Unit, by_hand, check, check_reset, generator, package_constant
 

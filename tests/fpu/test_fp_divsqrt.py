@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sim.fpbench import softfloat as reference
+from sim.core.fpbench import softfloat as reference
 from tests.fpu import stimulus
 from tests.fpu.tb import Operation, Unit, by_hand, check, check_reset, generator, run
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from asip_asm.machine import load_machine
-from sim.fpbench.quick import run_parts
-from sim.fpbench.variants import bench_unit
+from sim.core.fpbench.quick import run_parts
+from sim.core.fpbench.variants import bench_unit
 from tests.fpu import stimulus, tb, test_fp_divsqrt
 from tests.fpu.tb import by_hand, check, check_reset, generator, run
 from tests.fpu.test_fp_divsqrt import check_interleaved, quotients, radicands

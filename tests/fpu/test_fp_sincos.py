@@ -20,9 +20,9 @@ import numpy as np
 import pytest
 
 from asip_asm.machine import load_machine
-from sim.harness.assertions import assertions_of
-from sim.harness.plain import plain
-from sim.harness.sources import sources_of
+from sim.rtl.assertion_files import assertions_of
+from sim.rtl.plain import plain
+from sim.rtl.sources import sources_of
 from tests.bench.commands import output
 from tests.bench.seed import SEED
 from tests.bench.self_running import Program
@@ -38,7 +38,7 @@ INTERVAL = {
 BOUND_ULP = 0.5 + 2.0**-5
 CASES = 100_000
 FILES = {"stimulus": ".in", "response": ".out"}
-BENCH = "sim/harness/sincos_stream.sv"
+BENCH = "sim/rtl/sincos_stream.sv"
 INEXACT, UNDERFLOW_INEXACT, INVALID = 0b00001, 0b00011, 0b10000
 CANON_NAN, ONE, SIGN = 0x7FC00000, 0x3F800000, 0x80000000
 LIMIT = 0x43800000  # 256

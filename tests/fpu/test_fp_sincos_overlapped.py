@@ -11,8 +11,8 @@ import itertools
 import numpy as np
 import pytest
 
-from sim.fpbench.quick import run_parts
-from sim.fpbench.variants import bench_unit
+from sim.core.fpbench.quick import run_parts
+from sim.core.fpbench.variants import bench_unit
 from tests.bench.seed import SEED
 from tests.fpu.tb import generator
 from tests.fpu.test_fp_sincos import (

@@ -10,7 +10,7 @@ import pytest
 
 from asip_asm.isa import default_isa
 from asip_asm.isa_records import OperationRecord
-from sim.fpbench import softfloat as reference
+from sim.core.fpbench import softfloat as reference
 from tests.fpu import stimulus
 from tests.fpu.tb import generator
 

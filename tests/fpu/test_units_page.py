@@ -13,11 +13,11 @@ import pytest
 from asip_asm.machine import load_machine
 from scripts import units_page
 from scripts.units_page import PAGE, RTL, PageError, main
-from sim.fpbench.native import LANES
-from sim.fpbench.variants import bench_unit
-from sim.harness.build import ROOT, verilator_driver
-from sim.harness.plain import plain
-from sim.harness.sources import sources_of
+from sim.core.fpbench.native import LANES
+from sim.core.fpbench.variants import bench_unit
+from sim.rtl.build import ROOT, verilator_driver
+from sim.rtl.plain import plain
+from sim.rtl.sources import sources_of
 from tests.bench.commands import output
 from tests.bench.copies import edited, edited_folder
 

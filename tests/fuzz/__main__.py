@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from asip_asm.command import command, command_parser
-from sim.goals import Goal, as_json, at_most, depth, missed, write_goals
+from sim.report.goals import Goal, as_json, at_most, depth, missed, write_goals
 from tests.fuzz.campaigns import CAMPAIGNS
 from tests.fuzz.engine import CPU_SECONDS, MEMORY_BYTES, Result, replay, run_campaign
 

@@ -13,8 +13,8 @@ from asip_asm import cli_as, cli_objdump
 from asip_asm.assemble import assemble
 from asip_asm.image import checksum
 from asip_asm.isa import default_isa
-from sim.asip_run import __main__ as asip_run
-from sim.harness.asip_rtl import AsipRtl
+from sim.debug.asip_run import __main__ as asip_run
+from sim.rtl.asip_rtl import AsipRtl
 from tests.fuzz.engine import Campaign
 from tests.fuzz.mutate import command_lines, mutated_json, mutated_text
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 from random import Random
 
-from sim.asip_model import __main__ as asip_model
+from sim.laws.asip_model import __main__ as asip_model
 from tests.fuzz.engine import Campaign
 from tests.fuzz.model import RECORD, RECORD_WORDS, damaged, law
 from tests.fuzz.mutate import mutated_text

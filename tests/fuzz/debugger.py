@@ -9,8 +9,8 @@ import json
 from pathlib import Path
 from random import Random
 
-from sim.debugger import __main__ as asip_dbg
-from sim.debugger.dap_server import serve_client
+from sim.debug.asip_dbg import __main__ as asip_dbg
+from sim.debug.asip_dbg.dap_server import serve_client
 from tests.fuzz.asip import FILES, files, images
 from tests.fuzz.engine import Campaign
 from tests.fuzz.mutate import command_lines, mutated_json, mutated_text

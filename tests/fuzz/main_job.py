@@ -7,8 +7,8 @@ import os
 from pathlib import Path
 from random import Random
 
-from sim.model.parameters import ROBOT_TOML
-from sim.run import __main__ as main_job
+from sim.bench.run import __main__ as main_job
+from sim.robot.parameters import ROBOT_TOML
 from tests.fuzz.engine import Campaign
 from tests.fuzz.mutate import command_lines, mutated_text
 

@@ -8,13 +8,13 @@ import tempfile
 from pathlib import Path
 from random import Random
 
-from sim.asip_model import __main__ as asip_model
-from sim.robots.laws import LAWS
+from sim.laws.asip_model import __main__ as asip_model
+from sim.laws.laws import LAWS
 from tests.fuzz.engine import Campaign
 from tests.fuzz.mutate import files_of_every_kind, mutated_arguments, mutated_text
 
 ROOT = Path(__file__).parents[2]
-URDF = ROOT / "sim/robots/urdf/pendulum.urdf"
+URDF = ROOT / "sim/laws/urdf/pendulum.urdf"
 RECORD = """\
 title = "one joint"
 

@@ -6,12 +6,12 @@ from __future__ import annotations
 from pathlib import Path
 from random import Random
 
-from sim.gcode import oracle
-from sim.gcode.interpreter import GcodeErrors, stream_file
-from sim.gcode.tools import Tool
-from sim.lookahead import __main__ as lookahead
-from sim.planner import __main__ as planner
-from sim.trajectory import __main__ as trajectory
+from sim.motion.gcode import oracle
+from sim.motion.gcode.interpreter import GcodeErrors, stream_file
+from sim.motion.gcode.tools import Tool
+from sim.motion.lookahead import __main__ as lookahead
+from sim.motion.planner import __main__ as planner
+from sim.motion.trajectory import __main__ as trajectory
 from tests.fuzz.engine import Campaign
 from tests.fuzz.mutate import command_lines, mutated_text
 

@@ -6,9 +6,9 @@ from __future__ import annotations
 from pathlib import Path
 from random import Random
 
-from sim import nios_run
-from sim.harness.nios_image import IMAGES
-from sim.harness.nios_rtl import NiosRtl
+from sim.debug import nios_run
+from sim.rtl.nios_image import IMAGES
+from sim.rtl.nios_rtl import NiosRtl
 from tests.fuzz.engine import Campaign
 from tests.fuzz.mutate import files_of_every_kind, mutated_arguments
 

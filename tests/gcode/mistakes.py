@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from sim.gcode.errors import GcodeError
-from sim.gcode.interpreter import GcodeErrors, parse
+from sim.motion.gcode.errors import GcodeError
+from sim.motion.gcode.interpreter import GcodeErrors, parse
 
 ZERO = (0.0,) * 5
 

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim.gcode.errors import MAX_ERRORS
-from sim.gcode.interpreter import GcodeErrors, parse, parse_file
-from sim.path.moves import Motion, Plane, Program
+from sim.motion.gcode.errors import MAX_ERRORS
+from sim.motion.gcode.interpreter import GcodeErrors, parse, parse_file
+from sim.motion.geometry.moves import Motion, Plane, Program
 from tests.gcode.mistakes import check_error, errors_of, refused
 
 

@@ -7,10 +7,10 @@ import random
 import numpy as np
 import pytest
 
-from sim.gcode.interpreter import GcodeErrors, parse
-from sim.gcode.oracle import OracleError, differences, ours, rs274
-from sim.gcode.tools import Tool
-from sim.path.curves import curve_of
+from sim.motion.gcode.interpreter import GcodeErrors, parse
+from sim.motion.gcode.oracle import OracleError, differences, ours, rs274
+from sim.motion.gcode.tools import Tool
+from sim.motion.geometry.curves import curve_of
 from tests.bench.needs import needs
 from tests.bench.seed import SEED
 from tests.gcode.mistakes import ZERO, refused

@@ -10,12 +10,12 @@ import tracemalloc
 
 import pytest
 
-from sim.gcode import execution
-from sim.gcode.execution import MAX_IDLE
-from sim.gcode.interpreter import GcodeErrors, _Parser, parse, parse_file, stream
-from sim.gcode.oracle import OracleError, differences, rs274
-from sim.gcode.oword import ARGUMENTS
-from sim.gcode.subroutines import MAX_DEPTH
+from sim.motion.gcode import execution
+from sim.motion.gcode.execution import MAX_IDLE
+from sim.motion.gcode.interpreter import GcodeErrors, _Parser, parse, parse_file, stream
+from sim.motion.gcode.oracle import OracleError, differences, rs274
+from sim.motion.gcode.oword import ARGUMENTS
+from sim.motion.gcode.subroutines import MAX_DEPTH
 from tests.bench.needs import needs
 from tests.gcode.mistakes import ZERO, check_error, errors_of
 

@@ -16,10 +16,10 @@ from collections.abc import Callable
 
 import pytest
 
-from sim.gcode import execution
-from sim.gcode.interpreter import GcodeErrors, parse, stream
-from sim.gcode.oracle import differences
-from sim.path.moves import Dwell, Move
+from sim.motion.gcode import execution
+from sim.motion.gcode.interpreter import GcodeErrors, parse, stream
+from sim.motion.gcode.oracle import differences
+from sim.motion.geometry.moves import Dwell, Move
 from tests.bench.needs import needs
 from tests.bench.seed import SEED
 

@@ -9,11 +9,11 @@ import os
 
 import pytest
 
-from sim.gcode import execution, interpreter
-from sim.gcode.branches import MAX_OPEN
-from sim.gcode.cycles import MAX_STEPS
-from sim.gcode.interpreter import GcodeErrors, parse, parse_file, stream
-from sim.trajectory.__main__ import main
+from sim.motion.gcode import execution, interpreter
+from sim.motion.gcode.branches import MAX_OPEN
+from sim.motion.gcode.cycles import MAX_STEPS
+from sim.motion.gcode.interpreter import GcodeErrors, parse, parse_file, stream
+from sim.motion.trajectory.__main__ import main
 from tests.gcode.mistakes import ZERO, refused
 
 # Text, line, and parts of what and help.

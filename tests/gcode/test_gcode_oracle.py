@@ -3,8 +3,8 @@
 
 import pytest
 
-from sim.gcode.interpreter import GcodeErrors, parse
-from sim.gcode.oracle import (
+from sim.motion.gcode.interpreter import GcodeErrors, parse
+from sim.motion.gcode.oracle import (
     UNKNOWN,
     OracleError,
     Samples,

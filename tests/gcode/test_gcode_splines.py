@@ -8,18 +8,13 @@ import pytest
 from scipy.interpolate import BSpline
 from scipy.spatial import cKDTree
 
-from sim.gcode.interpreter import parse, stream
-from sim.gcode.oracle import (
-    curve_difference,
-    differences,
-    ours,
-    rs274,
-)
-from sim.gcode.splines import TOLERANCE_MM
-from sim.lookahead.check import from_line
-from sim.lookahead.planner import Lookahead
-from sim.path import nurbs
-from sim.path.nurbs import Nurbs
+from sim.motion.gcode.interpreter import parse, stream
+from sim.motion.gcode.oracle import curve_difference, differences, ours, rs274
+from sim.motion.gcode.splines import TOLERANCE_MM
+from sim.motion.geometry import nurbs
+from sim.motion.geometry.nurbs import Nurbs
+from sim.motion.lookahead.check import from_line
+from sim.motion.lookahead.planner import Lookahead
 from tests.bench.needs import needs
 from tests.bench.seed import SEED
 from tests.gcode.mistakes import ZERO, refused

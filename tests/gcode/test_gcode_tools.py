@@ -3,10 +3,10 @@
 
 import pytest
 
-from sim.gcode.interpreter import GcodeErrors
-from sim.gcode.tools import Tool, tool_table
-from sim.lookahead import __main__ as lookahead_cli
-from sim.trajectory import __main__ as trajectory_cli
+from sim.motion.gcode.interpreter import GcodeErrors
+from sim.motion.gcode.tools import Tool, tool_table
+from sim.motion.lookahead import __main__ as lookahead_cli
+from sim.motion.trajectory import __main__ as trajectory_cli
 
 COMMANDS = [trajectory_cli.main, lookahead_cli.main]
 

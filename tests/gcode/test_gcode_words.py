@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim.gcode import table_frame
-from sim.gcode.interpreter import GcodeErrors, parse, parse_file, stream, stream_file
-from sim.gcode.tools import Tool
-from sim.model.parameters import Robot
-from sim.path.moves import Dwell, Motion, Move
-from sim.path.workspace import default_robot, pivot_of
+from sim.motion.gcode import table_frame
+from sim.motion.gcode.interpreter import GcodeErrors, parse, parse_file, stream, stream_file
+from sim.motion.gcode.tools import Tool
+from sim.motion.geometry.moves import Dwell, Motion, Move
+from sim.motion.geometry.workspace import default_robot, pivot_of
+from sim.robot.parameters import Robot
 from tests.gcode.mistakes import ZERO, check_error, errors_of
 
 PIVOT = (0.0, 0.0, 520.0)  # mm: the start height 600 less h = 80 of the default robot

@@ -2,7 +2,7 @@
 """A client of GDB's remote serial protocol, written from its description alone.
 
 Source: Debugging with GDB, appendix "GDB Remote Serial Protocol". Nothing here is imported from
-sim/gdb: both sides must have read the same text in the same way.
+sim/debug/gdb: both sides must have read the same text in the same way.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ import struct
 import threading
 from functools import cache
 
-from sim.gdb.server import Connection, Server, serve
-from sim.gdb.system import NiosSystem
-from sim.harness.nios_image import IMAGES, Program, read_elf
-from sim.harness.nios_rtl import NiosRtl
+from sim.debug.gdb.server import Connection, Server, serve
+from sim.debug.gdb.system import NiosSystem
+from sim.rtl.nios_image import IMAGES, Program, read_elf
+from sim.rtl.nios_rtl import NiosRtl
 
 PC, SP, RA, STATUS = 32, 27, 31, 33
 TIMEOUT = 30.0  # seconds: a server that says nothing for so long is dead

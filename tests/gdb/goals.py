@@ -9,7 +9,7 @@ import sys
 from collections.abc import Iterator
 
 from asip_asm.project import ROOT
-from sim.goals import Goal, depth, exactly, not_measured
+from sim.report.goals import Goal, depth, exactly, not_measured
 
 QUICK, FULL = 40, 1000  # runs with random halts in the two tests
 SESSION = "test_gdb.py::test_session_of_forty_commands_on_a_program_of_the_project"

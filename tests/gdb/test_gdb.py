@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from sim.harness.nios_image import read_elf
-from sim.harness.nios_rtl import NiosRtl
-from sim.harness.plain import ROOT
+from sim.rtl.nios_image import read_elf
+from sim.rtl.nios_rtl import NiosRtl
+from sim.rtl.plain import ROOT
 from tests.bench.needs import needs, require
 from tests.gdb.client import listening
 

@@ -7,7 +7,7 @@ import random
 
 import pytest
 
-from sim.gdb.packets import LARGEST, Event, PacketReader, checksum, escape, frame, unescape
+from sim.debug.gdb.packets import LARGEST, Event, PacketReader, checksum, escape, frame, unescape
 from tests.bench.seed import SEED
 
 

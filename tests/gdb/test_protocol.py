@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from sim.harness.n2_lockstep_isa import default_isa
+from sim.rtl.n2_lockstep_isa import default_isa
 from tests.gdb.client import PC, STATUS, Client, Debugged, framed, program, stopped_at, system
 
 ISA = default_isa()

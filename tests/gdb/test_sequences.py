@@ -13,7 +13,7 @@ import struct
 
 import pytest
 
-from sim.harness.n2_lockstep_isa import default_isa
+from sim.rtl.n2_lockstep_isa import default_isa
 from tests.bench.seed import SEED
 from tests.gdb.client import PC, Client, Debugged, program, stopped_at, system
 

@@ -8,11 +8,11 @@ import threading
 
 import pytest
 
-from sim.gdb.server import Connection, Server, ServerError, place_of, serve
-from sim.gdb.system import NiosSystem
-from sim.harness.nios_image import IMAGES, read_elf
-from sim.harness.nios_rtl import NiosRtl
-from sim.nios_run import main
+from sim.debug.gdb.server import Connection, Server, ServerError, place_of, serve
+from sim.debug.gdb.system import NiosSystem
+from sim.debug.nios_run import main
+from sim.rtl.nios_image import IMAGES, read_elf
+from sim.rtl.nios_rtl import NiosRtl
 from tests.gdb.client import TIMEOUT, Client, framed, listening, stopped_at, system
 
 HELLO = read_elf(IMAGES / "run/demo_hello_fpga2.elf")

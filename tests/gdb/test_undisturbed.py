@@ -9,10 +9,10 @@ from functools import cache
 
 import pytest
 
-from sim.gdb.module import DebugModule
-from sim.gdb.system import NiosSystem
-from sim.harness.nios_image import IMAGES, read_elf
-from sim.harness.nios_rtl import NiosRtl
+from sim.debug.gdb.module import DebugModule
+from sim.debug.gdb.system import NiosSystem
+from sim.rtl.nios_image import IMAGES, read_elf
+from sim.rtl.nios_rtl import NiosRtl
 from tests.bench.seed import SEED
 from tests.gdb.client import Client, Debugged, program, stopped_at, system
 

@@ -5,9 +5,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from sim.lookahead.check import from_line
-from sim.lookahead.planner import Lookahead, Setpoints
-from sim.lookahead.settings import LookaheadSettings
+from sim.motion.lookahead.check import from_line
+from sim.motion.lookahead.planner import Lookahead, Setpoints
+from sim.motion.lookahead.settings import LookaheadSettings
 
 
 def sampled(moves, settings: LookaheadSettings, joints=None) -> tuple[Setpoints, Lookahead]:

@@ -7,25 +7,25 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sim.gcode.interpreter import stream
-from sim.gcode.table_frame import from_machine
-from sim.lookahead import limits as lookahead_limits
-from sim.lookahead import stress
-from sim.lookahead.check import Deviation, demand, from_line
-from sim.lookahead.figures import chord_program, corner_program, without_approach
-from sim.lookahead.joints import INNER_TOLERANCE
-from sim.lookahead.limits import MARGIN, MachineLimits
-from sim.lookahead.planner import Lookahead
-from sim.lookahead.segments import OutsideError
-from sim.lookahead.settings import DEPTH, LookaheadSettings
-from sim.lookahead.speed import Cell, SpeedPlanner, Stop
-from sim.lookahead.stress import VIOLATION, program, programs, random_moves
-from sim.model.parameters import Robot
-from sim.motion.goals_lookahead import spiral
-from sim.path.curves import to_si
-from sim.path.moves import Motion, Move
-from sim.planner import check as planner_check
-from sim.planner.optimal import Limits
+from sim.bench.motion.goals_lookahead import spiral
+from sim.motion.gcode.interpreter import stream
+from sim.motion.gcode.table_frame import from_machine
+from sim.motion.geometry.curves import to_si
+from sim.motion.geometry.moves import Motion, Move
+from sim.motion.lookahead import limits as lookahead_limits
+from sim.motion.lookahead import stress
+from sim.motion.lookahead.check import Deviation, demand, from_line
+from sim.motion.lookahead.figures import chord_program, corner_program, without_approach
+from sim.motion.lookahead.joints import INNER_TOLERANCE
+from sim.motion.lookahead.limits import MARGIN, MachineLimits
+from sim.motion.lookahead.planner import Lookahead
+from sim.motion.lookahead.segments import OutsideError
+from sim.motion.lookahead.settings import DEPTH, LookaheadSettings
+from sim.motion.lookahead.speed import Cell, SpeedPlanner, Stop
+from sim.motion.lookahead.stress import VIOLATION, program, programs, random_moves
+from sim.motion.planner import check as planner_check
+from sim.motion.planner.optimal import Limits
+from sim.robot.parameters import Robot
 from tests.lookahead.programs import distance_to_polyline, sampled
 
 ROBOT = Robot.load()
@@ -143,7 +143,9 @@ def test_random_programs__once_broken__keep_every_limit_and_p(seed, depth):
 @pytest.mark.parametrize("first", range(1000, 11000, 500))
 def test_random_programs__ten_thousand__keep_every_limit_and_p(first):
     for outcome in programs(first, 500, ROBOT):
-        assert outcome.kept, f"python -m sim.lookahead.stress --first {outcome.seed} --count 1"
+        assert outcome.kept, (
+            f"python -m sim.motion.lookahead.stress --first {outcome.seed} --count 1"
+        )
 
 
 @pytest.mark.parametrize("seed", [1000, 1048, 1051])

@@ -5,11 +5,11 @@ import json
 
 import pytest
 
-from sim.command import INTERRUPTED, interruptible
-from sim.lookahead import __main__ as lookahead_cli
-from sim.lookahead.__main__ import main
-from sim.lookahead.figures import CORNER_TOLERANCES_MM, figures
-from sim.lookahead.joints import SLOWEST
+from sim.motion.command import INTERRUPTED, interruptible
+from sim.motion.lookahead import __main__ as lookahead_cli
+from sim.motion.lookahead.__main__ import main
+from sim.motion.lookahead.figures import CORNER_TOLERANCES_MM, figures
+from sim.motion.lookahead.joints import SLOWEST
 
 
 @pytest.fixture

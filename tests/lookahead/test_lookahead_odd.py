@@ -8,18 +8,18 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from sim.lookahead.check import ROUNDING, Deviation, demand
-from sim.lookahead.figures import chord_program, without_approach
-from sim.lookahead.limits import MachineLimits
-from sim.lookahead.planner import Lookahead
-from sim.lookahead.segments import OutsideError
-from sim.lookahead.settings import LookaheadSettings
-from sim.lookahead.stress import VIOLATION
-from sim.model.parameters import Robot
-from sim.path.blend import SCALE
-from sim.path.curves import to_si
-from sim.path.moves import Motion, Move, Plane
-from sim.planner.optimal import Limits
+from sim.motion.geometry.blend import SCALE
+from sim.motion.geometry.curves import to_si
+from sim.motion.geometry.moves import Motion, Move, Plane
+from sim.motion.lookahead.check import ROUNDING, Deviation, demand
+from sim.motion.lookahead.figures import chord_program, without_approach
+from sim.motion.lookahead.limits import MachineLimits
+from sim.motion.lookahead.planner import Lookahead
+from sim.motion.lookahead.segments import OutsideError
+from sim.motion.lookahead.settings import LookaheadSettings
+from sim.motion.lookahead.stress import VIOLATION
+from sim.motion.planner.optimal import Limits
+from sim.robot.parameters import Robot
 from tests.lookahead.programs import sampled
 
 ROBOT = Robot.load()

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sim.gcode.interpreter import parse
-from sim.lookahead.check import Deviation, demand
-from sim.lookahead.paths import PATHS, TOLERANCES, path_time, walk
-from sim.lookahead.planner import Lookahead
-from sim.lookahead.settings import LookaheadSettings
-from sim.path.turn import Turn
+from sim.motion.gcode.interpreter import parse
+from sim.motion.geometry.turn import Turn
+from sim.motion.lookahead.check import Deviation, demand
+from sim.motion.lookahead.paths import PATHS, TOLERANCES, path_time, walk
+from sim.motion.lookahead.planner import Lookahead
+from sim.motion.lookahead.settings import LookaheadSettings
 from tests.bench.seed import SEED
 from tests.lookahead.programs import distance_to_polyline, sampled
 

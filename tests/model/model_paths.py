@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from sim.model.parameters import Robot
-from sim.model.records import SetPoints
+from sim.robot.parameters import Robot
+from sim.robot.records import SetPoints
 
 
 def travel(t: np.ndarray, distance: float, feed: float, ramp: float) -> tuple[np.ndarray, ...]:

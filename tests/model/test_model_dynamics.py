@@ -4,7 +4,7 @@
 import numpy as np
 from model_paths import workspace_points
 
-from sim.model import dynamics, kinematics
+from sim.robot import dynamics, kinematics
 
 SEED = 11
 

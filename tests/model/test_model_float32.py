@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from model_paths import circle, workspace_points
 
-from sim.model import errors, float32, kinematics, tracking
-from sim.model.records import SetPoints
+from sim.robot import errors, float32, kinematics, tracking
+from sim.robot.records import SetPoints
 
 SEED = 31
 

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from sim.model import float32, integrator
+from sim.robot import float32, integrator
 
 N_C = 200
 LARGE, SMALL = 1.0, 1.0 - 2.0**-50  # the error as a share of e_c: at the threshold, below it

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from model_paths import workspace_points
 
-from sim.model import kinematics
-from sim.model.kinematics import WorkspaceError
+from sim.robot import kinematics
+from sim.robot.kinematics import WorkspaceError
 
 SEED = 7
 

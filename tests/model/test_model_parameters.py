@@ -8,8 +8,8 @@ import tomllib
 
 import pytest
 
-from sim.model.parameters import ROBOT_TOML, ParameterError, Robot
-from sim.model.published import Published
+from sim.robot.parameters import ROBOT_TOML, ParameterError, Robot
+from sim.robot.published import Published
 from tests.bench.copies import edited
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from model_paths import workspace_points
 
-from sim.model import dynamics, kinematics
-from sim.model.plant import Plant, table_acceleration, tool_acceleration
+from sim.robot import dynamics, kinematics
+from sim.robot.plant import Plant, table_acceleration, tool_acceleration
 
 SEED = 23
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from model_paths import circle
 
-from sim.model import errors, tracking
-from sim.model.kinematics import WorkspaceError
-from sim.model.plant import Plant
-from sim.model.records import OUTPUTS, TABLE_3, SetPoints
+from sim.robot import errors, tracking
+from sim.robot.kinematics import WorkspaceError
+from sim.robot.plant import Plant
+from sim.robot.records import OUTPUTS, TABLE_3, SetPoints
 
 FEED = 2.0 / 60.0  # 2 m/min
 

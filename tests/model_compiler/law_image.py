@@ -12,8 +12,8 @@ from pathlib import Path
 from asip_asm.command import command
 from asip_asm.model.compiler import compile_law
 from asip_asm.project import BUILD
-from sim.native.law import CompilerError
-from sim.platforms.nios import build_elf
+from sim.bench.platforms.nios import build_elf
+from sim.laws.native.law import CompilerError
 from tests.model_compiler.laws import sample
 
 IMAGE = Path(__file__).with_name("law_fpga2.elf")

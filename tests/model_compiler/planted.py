@@ -16,14 +16,14 @@ import numpy as np
 from asip_asm.model.compiler import Options, compile_law
 from asip_asm.model.exact import Array
 from asip_asm.model.law import Law
-from sim.goals import Goal, exactly
-from sim.prove_program import SEED, compare, draw_ticks, exact_results, rounded_sine
-from sim.robots.description import Description, Inertial, JointRecord, read_description
-from sim.robots.laws import LAWS, Settings
-from sim.robots.reference import LawReference, PinocchioRobot
-from sim.robots.samples import near
-from sim.robots.stated import Stated
-from sim.robots.tree import Joint, Tree, tree_of
+from sim.laws.description import Description, Inertial, JointRecord, read_description
+from sim.laws.laws import LAWS, Settings
+from sim.laws.prove_program import SEED, compare, draw_ticks, exact_results, rounded_sine
+from sim.laws.reference import LawReference, PinocchioRobot
+from sim.laws.samples import near
+from sim.laws.stated import Stated
+from sim.laws.tree import Joint, Tree, tree_of
+from sim.report.goals import Goal, exactly
 from tests.model_compiler.robot_text import ARM
 
 STATED = Stated(

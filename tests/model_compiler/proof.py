@@ -8,7 +8,7 @@ from pathlib import Path
 from asip_asm.model.compiler import Options, compile_law
 from asip_asm.model.law import Law
 from asip_asm.model.program import Built, build
-from sim.prove_program import Proof, prove
+from sim.laws.prove_program import Proof, prove
 
 FAST = Options(reassociate=True, reciprocal=True)
 

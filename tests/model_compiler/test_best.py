@@ -14,9 +14,9 @@ from asip_asm.model.compiler import Options, compile_law
 from asip_asm.model.law import Law, Port, load_law
 from asip_asm.model.program import build
 from asip_asm.model.read import ModelError
-from sim.asip_model import __main__ as command
-from sim.asip_model.effects import Forms, allowed_sets, effects, words
-from sim.prove_program import prove
+from sim.laws.asip_model import __main__ as command
+from sim.laws.asip_model.effects import Forms, allowed_sets, effects, words
+from sim.laws.prove_program import prove
 
 SEED = 20261126
 

@@ -8,11 +8,11 @@ import json
 import numpy as np
 import pytest
 
-from sim.robots.__main__ import main
-from sim.robots.catalogue import robot
-from sim.robots.closed_loop import Arm, ClosedLoop, DoubleLaw, Loop, _run
-from sim.robots.laws import Settings, computed_torque
-from sim.robots.quadrotor import Quadrotor, law
+from sim.bench.shown_robots.__main__ import main
+from sim.laws.catalogue import robot
+from sim.laws.closed_loop import Arm, ClosedLoop, DoubleLaw, Loop, _run
+from sim.laws.laws import Settings, computed_torque
+from sim.laws.quadrotor import Quadrotor, law
 
 
 def test_pendulum_on_the_core_tracks_as_in_double_precision(tmp_path, capsys):

@@ -15,8 +15,8 @@ from asip_asm.model.graph import Graph
 from asip_asm.model.law import Law, Port, load_law
 from asip_asm.model.program import build
 from asip_asm.model.read import BINARY, NAMES, REFUSED, UNARY, ModelError, scalars
-from sim.asip_model.__main__ import main
-from sim.prove_program import prove
+from sim.laws.asip_model.__main__ import main
+from sim.laws.prove_program import prove
 from tests.model_compiler.laws import mixed
 from tests.model_compiler.proof import proved
 

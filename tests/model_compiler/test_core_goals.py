@@ -8,10 +8,10 @@ import subprocess
 import pytest
 
 from scripts import clock_goals
-from sim.page import provenance
-from sim.robots import core_goals as module
-from sim.robots.__main__ import goal_text
-from sim.robots.core_goals import ROWS, core_goals
+from sim.bench.shown_robots import core_goals as module
+from sim.bench.shown_robots.__main__ import goal_text
+from sim.bench.shown_robots.core_goals import ROWS, core_goals
+from sim.report import provenance
 
 FAST = {
     "aluts": 12_010,

@@ -12,7 +12,7 @@ from asip_asm.model.compiler import Options, compile_law
 from asip_asm.model.exact import evaluate
 from asip_asm.model.functions import FUNCTIONS
 from asip_asm.model.law import Law, Port
-from sim.prove_program import rounded_sine
+from sim.laws.prove_program import rounded_sine
 from tests.model_compiler.proof import proved
 
 NEAR_ONE = (-1.0, 1.0)

@@ -23,9 +23,9 @@ from asip_asm.model.compiler import Options, compile_law
 from asip_asm.model.law import Law, Port
 from asip_asm.model.program import build
 from asip_asm.model.read import ModelError
-from sim.asip_model.__main__ import main
-from sim.asip_run import __main__ as asip_run
-from sim.native.law import NativeLaw
+from sim.debug.asip_run import __main__ as asip_run
+from sim.laws.asip_model.__main__ import main
+from sim.laws.native.law import NativeLaw
 
 SECRET = "text of a file that nobody named"
 TEXTS = {

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from asip_asm.model.law import Law, Port, before
-from sim.prove_casadi import truth_of
-from sim.prove_program import draw
-from sim.robots.catalogue import robot
-from sim.robots.laws import LAWS, Settings, count_scale, effort_limit
-from sim.robots.reference import LawReference, PinocchioRobot
-from sim.robots.tree import Tree
+from sim.laws.catalogue import robot
+from sim.laws.laws import LAWS, Settings, count_scale, effort_limit
+from sim.laws.prove_casadi import truth_of
+from sim.laws.prove_program import draw
+from sim.laws.reference import LawReference, PinocchioRobot
+from sim.laws.tree import Tree
 
 POINTS = 50
 ARMS = ("scara", "xarm7", "iiwa14")

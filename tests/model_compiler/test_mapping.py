@@ -18,8 +18,8 @@ from asip_asm.model.compiler import compile_law
 from asip_asm.model.law import Law, Port, load_law
 from asip_asm.model.program import build
 from asip_asm.model.read import ModelError
-from sim.prove_casadi import CasadiReference, truth_of, truth_of_files
-from sim.prove_program import Proof, prove
+from sim.laws.prove_casadi import CasadiReference, truth_of, truth_of_files
+from sim.laws.prove_program import Proof, prove
 from tests.model_compiler.proof import proved
 
 RECORD = """

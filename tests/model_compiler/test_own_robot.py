@@ -10,13 +10,13 @@ import pytest
 
 from asip_asm.model.compiler import compile_law
 from asip_asm.model.program import build
-from sim.core import Core
-from sim.model import tracking
-from sim.model.records import OUTPUTS, SetPoints
-from sim.native.controller import NativeController
-from sim.robots import own
-from sim.robots.closed_loop import DoubleLaw, _run
-from sim.robots.own_errors import compare_with_assembly
+from sim.bench.shown_robots.own_errors import compare_with_assembly
+from sim.core.api import Core
+from sim.laws import own
+from sim.laws.closed_loop import DoubleLaw, _run
+from sim.laws.native.controller import NativeController
+from sim.robot import tracking
+from sim.robot.records import OUTPUTS, SetPoints
 from tests.model_compiler.proof import FAST, proved
 
 LAWS = {"printed": own.printed, "optimised": own.optimised}

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import pytest
 
-from sim.robots.laws import LAWS
+from sim.laws.laws import LAWS
 from tests.model_compiler import planted
 from tests.model_compiler.planted import HELD, PLANTED, STATED, Planted
 

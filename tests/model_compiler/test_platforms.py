@@ -12,15 +12,15 @@ from asip_asm.model.c_code import c_literal, struct_members, to_c_code
 from asip_asm.model.compiler import Compiled, compile_law
 from asip_asm.model.law import Law, Port
 from asip_asm.model.program import build
-from sim.core import Core
-from sim.harness.nios_image import read_elf
-from sim.native import law as native
-from sim.native.bits import first_difference, prove_c, separate
-from sim.native.law import CompilerError, NativeLaw
-from sim.platforms.nios import build_elf, run_elf
-from sim.prove_program import draw_ticks, unit_sine
-from sim.robots.catalogue import robot
-from sim.robots.laws import LAWS, Settings
+from sim.bench.platforms.nios import build_elf, run_elf
+from sim.core.api import Core
+from sim.laws.catalogue import robot
+from sim.laws.laws import LAWS, Settings
+from sim.laws.native import law as native
+from sim.laws.native.bits import first_difference, prove_c, separate
+from sim.laws.native.law import CompilerError, NativeLaw
+from sim.laws.prove_program import draw_ticks, unit_sine
+from sim.rtl.nios_image import read_elf
 from tests.bench.commands import output
 from tests.bench.needs import needs
 from tests.model_compiler.law_image import IMAGE, ROWS

@@ -16,10 +16,10 @@ from asip_asm.model.exact import evaluate
 from asip_asm.model.law import before
 from asip_asm.model.program import build
 from asip_asm.model.read import ModelError
-from sim.asip_model.__main__ import main
-from sim.certificate_errors import largest_errors, sine_in_double
-from sim.prove_points import directed, load_points
-from sim.prove_program import Check, prove, unit_sine
+from sim.laws.asip_model.__main__ import main
+from sim.laws.certificate_errors import largest_errors, sine_in_double
+from sim.laws.prove_points import directed, load_points
+from sim.laws.prove_program import Check, prove, unit_sine
 from tests.model_compiler.graph_laws import alone, in_200_bits
 from tests.model_compiler.laws import mixed
 

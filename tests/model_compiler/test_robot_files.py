@@ -10,12 +10,12 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from sim.asip_model.__main__ import main
-from sim.robots.elements import BYTES, DEPTH, RobotError
-from sim.robots.laws import LAWS, Settings
-from sim.robots.reference import PinocchioRobot
-from sim.robots.stated import ALL, Stated
-from sim.robots.tree import TURNS, Tree, load_tree
+from sim.laws.asip_model.__main__ import main
+from sim.laws.elements import BYTES, DEPTH, RobotError
+from sim.laws.laws import LAWS, Settings
+from sim.laws.reference import PinocchioRobot
+from sim.laws.stated import ALL, Stated
+from sim.laws.tree import TURNS, Tree, load_tree
 from tests.model_compiler.robot_text import ARM
 
 SHOULDER = '<joint name="shoulder" type="revolute">'

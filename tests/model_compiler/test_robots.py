@@ -9,19 +9,19 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from sim.prove_casadi import truth_of
-from sim.prove_program import Proof, draw_ticks
-from sim.robots import job
-from sim.robots.__main__ import parse_arguments
-from sim.robots.catalogue import ROBOTS, robot
-from sim.robots.dynamics import inverse_dynamics, jacobian, tip_placement
-from sim.robots.elements import RobotError
-from sim.robots.job import goals
-from sim.robots.laws import LAWS, Settings, operations
-from sim.robots.reference import OWN, PinocchioRobot
-from sim.robots.samples import near
-from sim.robots.stated import Stated
-from sim.robots.tree import Tree, load_tree
+from sim.bench.shown_robots import job
+from sim.bench.shown_robots.__main__ import parse_arguments
+from sim.bench.shown_robots.job import goals
+from sim.laws.catalogue import ROBOTS, robot
+from sim.laws.dynamics import inverse_dynamics, jacobian, tip_placement
+from sim.laws.elements import RobotError
+from sim.laws.laws import LAWS, Settings, operations
+from sim.laws.prove_casadi import truth_of
+from sim.laws.prove_program import Proof, draw_ticks
+from sim.laws.reference import OWN, PinocchioRobot
+from sim.laws.samples import near
+from sim.laws.stated import Stated
+from sim.laws.tree import Tree, load_tree
 from tests.model_compiler.proof import FAST, proved
 
 

@@ -16,7 +16,7 @@ import pytest
 from asip_asm.model.confined import Confined, confined
 from asip_asm.model.read import ModelError
 from asip_asm.model.saved import inspect, load_saved
-from sim.asip_model.__main__ import main
+from sim.laws.asip_model.__main__ import main
 
 CODE = """
 #include <fcntl.h>

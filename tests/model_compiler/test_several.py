@@ -12,10 +12,10 @@ from asip_asm.ir import Register
 from asip_asm.link import link
 from asip_asm.model.compiler import Options, compile_law
 from asip_asm.model.program import build
-from sim.asip_model.__main__ import main
-from sim.core import Core
-from sim.prove_functions import prove_functions
-from sim.prove_program import draw_ticks, prove
+from sim.core.api import Core
+from sim.laws.asip_model.__main__ import main
+from sim.laws.prove_functions import prove_functions
+from sim.laws.prove_program import draw_ticks, prove
 from tests.model_compiler.laws import mixed, sample
 
 LAWS = {"fast": mixed, "slow": sample}

@@ -7,10 +7,10 @@ import json
 
 import pytest
 
-from sim.native.law import CompilerError
-from sim.platforms import __main__ as command
-from sim.platforms import compare
-from sim.run.tables import measured_at
+from sim.bench.platforms import __main__ as command
+from sim.bench.platforms import compare
+from sim.bench.run.tables import measured_at
+from sim.laws.native.law import CompilerError
 from tests.bench.needs import needs
 
 OPTIONS = ["--law", "pendulum", "--runs", "2000"]

@@ -17,10 +17,10 @@ from asip_asm.model.law import Law, Port, build_graph
 from asip_asm.model.program import build
 from asip_asm.model.simplify import simplify
 from scripts import sine_polynomial
-from sim.asip_model.effects import effects
-from sim.prove_program import prove, rounded_sine
-from sim.robots.catalogue import robot
-from sim.robots.laws import LAWS, Settings
+from sim.laws.asip_model.effects import effects
+from sim.laws.catalogue import robot
+from sim.laws.laws import LAWS, Settings
+from sim.laws.prove_program import prove, rounded_sine
 from tests.model_compiler.proof import FAST, proved
 
 COUNTS = 1 << 20

@@ -10,11 +10,11 @@ from io import StringIO
 import pytest
 from rich.console import Console
 
-from sim.gcode.oracle import LEAST_EQUAL, OracleError, Samples
-from sim.lookahead import figures as lookahead_figures
-from sim.lookahead import stress
-from sim.motion import goals, goals_lookahead, goals_planner, goals_rtl
-from sim.page.marks import between_marks
+from sim.bench.motion import goals, goals_lookahead, goals_planner, goals_rtl
+from sim.motion.gcode.oracle import LEAST_EQUAL, OracleError, Samples
+from sim.motion.lookahead import figures as lookahead_figures
+from sim.motion.lookahead import stress
+from sim.report.marks import between_marks
 
 TINY = goals.Counts(10, 1, 20, 3, 3, 1, 4, 6, 2, 2)
 MARKED = "before\n<!-- goals: written by x -->\nold\n<!-- end of goals -->\nbehind\n"
@@ -117,7 +117,7 @@ def test_page_of_the_repository__has_the_features_of_today():
     table = page.split("<!-- goals: ")[1].split("<!-- end of goals -->")[0]
     listed = [line.split(" | ")[0].removeprefix("| ") for line in table.splitlines()[4:] if line]
     asked = [feature.name for feature in goals.FEATURES]
-    assert listed == asked, "run make motion and .venv/bin/python -m sim.motion.goals"
+    assert listed == asked, "run make motion and .venv/bin/python -m sim.bench.motion.goals"
 
 
 @pytest.mark.parametrize(

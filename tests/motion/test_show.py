@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from sim.harness.motion_rtl import MotionError
-from sim.motion import show, show_page, show_rtl
-from sim.page.pictures import load
-from sim.planner import figures as planner_figures
-from sim.planner.ramp_time import ramp_time_plan
+from sim.bench.motion import show, show_page, show_rtl
+from sim.motion.planner import figures as planner_figures
+from sim.motion.planner.ramp_time import ramp_time_plan
+from sim.report.pictures import load
+from sim.rtl.motion_rtl import MotionError
 from tests.bench.needs import find
 from tests.page.browser import SIZES, Browser
 

@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicHermiteSpline
 
-from sim.gcode.interpreter import stream
-from sim.harness.motion_rtl import MotionError
-from sim.harness.phase_record import LAST, Record
-from sim.lookahead.planner import Lookahead, Setpoints
-from sim.lookahead.settings import LookaheadSettings
-from sim.lookahead.stress import random_moves
-from sim.model.parameters import Robot
-from sim.motion import show_path, step_stream
-from sim.motion.step_stream import AXES, AxisEncoder, PathEncoder, Steps, joints, published
-from sim.planner.pulse_records import PulseRecordError
+from sim.bench.motion import show_path, step_stream
+from sim.bench.motion.step_stream import AXES, AxisEncoder, PathEncoder, Steps, joints, published
+from sim.motion.gcode.interpreter import stream
+from sim.motion.lookahead.planner import Lookahead, Setpoints
+from sim.motion.lookahead.settings import LookaheadSettings
+from sim.motion.lookahead.stress import random_moves
+from sim.motion.planner.pulse_records import PulseRecordError
+from sim.robot.parameters import Robot
+from sim.rtl.motion_rtl import MotionError
+from sim.rtl.phase_record import LAST, Record
 
 ROBOT = Robot.load()
 SETTINGS = LookaheadSettings(robot=ROBOT)

@@ -11,8 +11,8 @@ import os
 import cocotb
 from cocotb.triggers import FallingEdge, RisingEdge
 
-from sim.harness.motion_rtl import REGMAP
-from sim.harness.phase_record import FIRST, LAST, Record
+from sim.rtl.motion_rtl import REGMAP
+from sim.rtl.phase_record import FIRST, LAST, Record
 from tests.bus import axil_scenarios as scenarios
 from tests.bus.axil import OKAY, SLVERR, Bus
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from sim.harness.build import ROOT
+from sim.rtl.build import ROOT
 from tests.bus.axil import run_scenarios
 
 

@@ -9,17 +9,12 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from sim.harness.gen.motion_regmap import REGMAP
-from sim.harness.motion_rtl import CLOCK_HZ, Edges, MotionError, MotionRtl
-from sim.harness.phase_record import (
-    FIRST,
-    LAST,
-    UNITS_PER_PULSE,
-    Record,
-)
-from sim.planner.phases import Phase, State
-from sim.planner.pulse_records import PulseRecordError, pulse_counted, time_exact
-from sim.planner.ramp_time import RampTimePlan, ramp_time_plan
+from sim.motion.planner.phases import Phase, State
+from sim.motion.planner.pulse_records import PulseRecordError, pulse_counted, time_exact
+from sim.motion.planner.ramp_time import RampTimePlan, ramp_time_plan
+from sim.rtl.gen.motion_regmap import REGMAP
+from sim.rtl.motion_rtl import CLOCK_HZ, Edges, MotionError, MotionRtl
+from sim.rtl.phase_record import FIRST, LAST, UNITS_PER_PULSE, Record
 from tests.bench.seed import SEED
 
 US = CLOCK_HZ // 1_000_000

@@ -8,7 +8,7 @@ import functools
 import numpy as np
 import pytest
 
-from sim.harness.interpolator_rtl import InterpolatorRtl
+from sim.rtl.interpolator_rtl import InterpolatorRtl
 from tests.bench.seed import SEED
 
 MODES = [False, True]  # elementary, combined

@@ -10,11 +10,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim.harness.gen.motion_regmap import REGMAP
-from sim.harness.motion_rtl import CLOCK_HZ, MotionError, MotionRtl
-from sim.harness.phase_record import FIRST, LAST, Record
-from sim.planner.pulse_records import time_exact
-from sim.planner.ramp_time import ramp_time_plan
+from sim.motion.planner.pulse_records import time_exact
+from sim.motion.planner.ramp_time import ramp_time_plan
+from sim.rtl.gen.motion_regmap import REGMAP
+from sim.rtl.motion_rtl import CLOCK_HZ, MotionError, MotionRtl
+from sim.rtl.phase_record import FIRST, LAST, Record
 from tests.bench.seed import SEED
 from tests.motion_rtl.test_front_end import timed
 from tests.motion_rtl.test_interpolators import CIRCLE_5, LINES, check_on_circle, random_arc, text

@@ -9,9 +9,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from sim.harness.build import ROOT, build_library
-from sim.harness.sources import sources_of
-from sim.harness.verilated import Verilated
+from sim.rtl.build import ROOT, build_library
+from sim.rtl.sources import sources_of
+from sim.rtl.verilated import Verilated
 from tests.bench.seed import SEED
 
 MODULUS = 16 * 100_000_000
@@ -25,7 +25,7 @@ class Generator(Verilated):
     prefix, end = "pulses", "delete"
 
     def __init__(self) -> None:
-        top, harness = "pulse_generator", ROOT / "sim/harness/pulse_harness.cpp"
+        top, harness = "pulse_generator", ROOT / "sim/rtl/pulse_harness.cpp"
         u32, u64 = ctypes.c_uint32, ctypes.c_uint64
         super().__init__(
             build_library(top, sources_of(top, FOLDERS), harness),

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from sim.harness.build import ROOT, WAIVERS, file_list, verilator_driver
+from sim.rtl.build import ROOT, WAIVERS, file_list, verilator_driver
 
 TOP = "motion_front_end"
 

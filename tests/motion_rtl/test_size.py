@@ -10,7 +10,7 @@ import pytest
 from scripts import motion_size
 from scripts.motion_size import area, speed
 from scripts.synth_unit import SynthesisError
-from sim.motion.sizes import DESIGNS, current, within
+from sim.bench.motion.sizes import DESIGNS, current, within
 from tests.bench.needs import needs
 
 

@@ -12,10 +12,10 @@ from rich.console import Console
 from rich.table import Table
 
 from asip_asm.command import command
-from sim.fpbench import operations
-from sim.fpbench.native import BenchError, flag_text
-from sim.fpbench.variants import bench_unit
-from sim.harness.build import BuildError
+from sim.core.fpbench import operations
+from sim.core.fpbench.native import BenchError, flag_text
+from sim.core.fpbench.variants import bench_unit
+from sim.rtl.build import BuildError
 from tests.bench.faults import TableError
 from tests.mutants.campaign import REPORT, Verdict, load_report, run
 from tests.mutants.faults import COPY, TABLE, Fault, load, write_copy

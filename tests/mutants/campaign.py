@@ -19,13 +19,13 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from sim.fpbench import Mismatch, Unit, operations, quick
-from sim.fpbench.directed import rows_of
-from sim.fpbench.native import RTL
-from sim.fpbench.quick import parts, run_parts
-from sim.fpbench.variants import bench_unit, fingerprint, lane_sources
-from sim.harness.build import BuildError
-from sim.processes import processes
+from sim.core.fpbench import Mismatch, Unit, operations, quick
+from sim.core.fpbench.directed import rows_of
+from sim.core.fpbench.native import RTL
+from sim.core.fpbench.quick import parts, run_parts
+from sim.core.fpbench.variants import bench_unit, fingerprint, lane_sources
+from sim.rtl.build import BuildError
+from sim.rtl.processes import processes
 from tests.mutants.faults import BUILD, COPY, Fault, write_lanes
 
 REPORT = BUILD / "report.json"
@@ -71,7 +71,7 @@ def mark_of(fault: Fault) -> str:
     )
     sizes = (SEED, SHARED_CASES, DEFAULT_SHARED_CASES)
     text = fingerprint(fault.unit) + repr((entry, sizes, [rows_of(op) for op in fault.ops]))
-    text += (Path(__file__).parents[2] / "sim/fpbench/quick.py").read_text()
+    text += (Path(__file__).parents[2] / "sim/core/fpbench/quick.py").read_text()
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 

@@ -7,9 +7,9 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from sim.fpbench.native import operations, sources, unit_of
-from sim.fpbench.variants import VARIANTS
-from sim.harness.build import ROOT
+from sim.core.fpbench.native import operations, sources, unit_of
+from sim.core.fpbench.variants import VARIANTS
+from sim.rtl.build import ROOT
 from tests.bench import faults as table
 from tests.bench.faults import BY_MACRO, TableError, write_if_changed
 

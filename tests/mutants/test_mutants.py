@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sim.fpbench.native import RTL, Report, Unit, operations
-from sim.harness.build import BuildError, verilator_driver
+from sim.core.fpbench.native import RTL, Report, Unit, operations
+from sim.rtl.build import BuildError, verilator_driver
 from tests.mutants import campaign, faults
 from tests.mutants.__main__ import main
 from tests.mutants.campaign import Sound, Verdict, mark_of, sound_mark, store

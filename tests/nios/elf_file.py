@@ -6,8 +6,8 @@ from __future__ import annotations
 import struct
 from pathlib import Path
 
-from sim.harness.n2_lockstep_program import Program
-from sim.harness.nios_map import default_system_map
+from sim.rtl.n2_lockstep_program import Program
+from sim.rtl.nios_map import default_system_map
 
 HEADER, PROGRAM_HEADER = 52, 32
 EM_ALTERA_NIOS2 = 113

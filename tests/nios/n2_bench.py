@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 
-from sim.harness.n2_lockstep_rtl import N2Rtl
+from sim.rtl.n2_lockstep_rtl import N2Rtl
 
 
 @cache

@@ -7,9 +7,9 @@ import random
 import struct
 from collections.abc import Callable, Sequence
 
-from sim.harness.n2_lockstep_isa import OP_CUSTOM
-from sim.harness.n2_lockstep_program import BT, ISA, Program, prologue
-from sim.harness.n2_lockstep_rtl import DTCM, ITCM
+from sim.rtl.n2_lockstep_isa import OP_CUSTOM
+from sim.rtl.n2_lockstep_program import BT, ISA, Program, prologue
+from sim.rtl.n2_lockstep_rtl import DTCM, ITCM
 
 # RAM for QEMU, behind the Avalon master for the core.
 AVALON_RAM = 0x1100_0000

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from sim.harness.n2_lockstep_program import BA, BT, EA, ISA, RA, Program, prologue
-from sim.harness.n2_lockstep_rtl import COMBINATIONAL, DTCM, EXCEPTION, ITCM
+from sim.rtl.n2_lockstep_program import BA, BT, EA, ISA, RA, Program, prologue
+from sim.rtl.n2_lockstep_rtl import COMBINATIONAL, DTCM, EXCEPTION, ITCM
 from tests.bench.seed import SEED
 from tests.nios.n2_bench import core, registers
 from tests.nios.n2_programs import AVALON_RAM

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import pytest
 
-from sim.harness.n2_lockstep_cycles import DOCUMENT, ROWS, main, measure, page_text
+from sim.rtl.n2_lockstep_cycles import DOCUMENT, ROWS, main, measure, page_text
 from tests.nios.n2_bench import core
 
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from sim.harness.n2_lockstep import LockstepError, lockstep, main
-from sim.harness.n2_lockstep_program import ISA, Program, prologue
-from sim.harness.n2_lockstep_rtl import DTCM, N2Rtl
-from sim.harness.nios_image import IMAGES
+from sim.rtl.n2_lockstep import LockstepError, lockstep, main
+from sim.rtl.n2_lockstep_program import ISA, Program, prologue
+from sim.rtl.n2_lockstep_rtl import DTCM, N2Rtl
+from sim.rtl.nios_image import IMAGES
 from tests.bench.needs import require
 from tests.bench.seed import SEED
 from tests.nios.n2_bench import core

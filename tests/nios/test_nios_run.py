@@ -12,10 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from sim.harness.n2_lockstep_program import Program
-from sim.harness.nios_image import IMAGES
-from sim.harness.nios_rtl import NiosRtl
-from sim.nios_run import (
+from sim.debug.nios_run import (
     FILE_STATUS,
     INTERRUPT_STATUS,
     LIMIT_STATUS,
@@ -23,6 +20,9 @@ from sim.nios_run import (
     STRAY_STATUS,
     main,
 )
+from sim.rtl.n2_lockstep_program import Program
+from sim.rtl.nios_image import IMAGES
+from sim.rtl.nios_rtl import NiosRtl
 from tests.bench.seed import SEED
 from tests.fuzz import nios as fuzz
 from tests.fuzz.engine import run_campaign
@@ -94,7 +94,7 @@ def not_about_the_build(text: bytes) -> list[str]:
 def test_ctrl_c_ends_the_command_without_a_traceback(tmp_path):
     NiosRtl("fpga2")  # built before the time counts
     elf = write(tmp_path / "spin.elf", printing("begin\n", None))
-    command = [sys.executable, "-m", "sim.nios_run", str(elf)]
+    command = [sys.executable, "-m", "sim.debug.nios_run", str(elf)]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     # Ctrl-C reaches the command, even where the tests run in the background of a shell.
     heard = functools.partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
@@ -109,7 +109,7 @@ def test_ctrl_c_ends_the_command_without_a_traceback(tmp_path):
 def test_reader_that_goes_away_is_no_error(tmp_path):
     NiosRtl("fpga2")
     elf = write(tmp_path / "spin.elf", printing("0123456789\n", None))
-    command = [sys.executable, "-m", "sim.nios_run", "--max-cycles", "9000000", str(elf)]
+    command = [sys.executable, "-m", "sim.debug.nios_run", "--max-cycles", "9000000", str(elf)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         process.stdout.read(100)
         process.stdout.close()

@@ -17,12 +17,12 @@ import pytest
 from asip_asm.assemble import assemble
 from asip_asm.interface import PROGRAMS
 from scripts import gen_nios_system
-from sim.harness import nios_image
-from sim.harness.nios_map import SYSTEM_TOML, SystemMapError, load_system_map
-from sim.model import float32
-from sim.model.records import OUTPUTS
-from sim.run.controller import EXPORTED
-from sim.run.nios import Sample, sampled
+from sim.bench.run.nios import Sample, sampled
+from sim.core.controller import EXPORTED
+from sim.robot import float32
+from sim.robot.records import OUTPUTS
+from sim.rtl import nios_image
+from sim.rtl.nios_map import SYSTEM_TOML, SystemMapError, load_system_map
 from tests.asip.tracking_path import reversing_path
 from tests.bench.commands import output
 from tests.bench.copies import edited

@@ -11,17 +11,17 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from sim.harness.build import WAIVERS, verilator_driver
-from sim.harness.nios_dhrystone import measure
-from sim.harness.nios_image import IMAGES, Program, load, read_elf
-from sim.harness.nios_profile import profile
-from sim.harness.nios_rtl import FILES, PLATFORMS, NiosError, NiosRtl
-from sim.harness.sources import sources_of
-from sim.model import float32
-from sim.model.published import Published
-from sim.model.records import OUTPUTS, TrackingResult
-from sim.run.controller import EXPORTED, Ticks
-from sim.run.nios import NiosController
+from sim.bench.run.nios import NiosController
+from sim.core.controller import EXPORTED, Ticks
+from sim.robot import float32
+from sim.robot.published import Published
+from sim.robot.records import OUTPUTS, TrackingResult
+from sim.rtl.build import WAIVERS, verilator_driver
+from sim.rtl.nios_dhrystone import measure
+from sim.rtl.nios_image import IMAGES, Program, load, read_elf
+from sim.rtl.nios_profile import profile
+from sim.rtl.nios_rtl import FILES, PLATFORMS, NiosError, NiosRtl
+from sim.rtl.sources import sources_of
 from tests.asip.tracking_path import reversing_path
 from tests.bench.commands import output
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import subprocess
 
 from scripts import own_c_page
-from sim.harness.build import ROOT
+from sim.rtl.build import ROOT
 from tests.bench.needs import needs
 
 

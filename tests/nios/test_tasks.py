@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from asip_asm.project import ROOT
-from sim.harness.nios_image import IMAGES
-from sim.nios_run import main
+from sim.debug.nios_run import main
+from sim.rtl.nios_image import IMAGES
 from tests.bench.needs import needs, require
 
 GREETING, FAREWELL = "a constructor ran\n", "atexit, ticks 200\n"

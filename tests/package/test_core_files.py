@@ -15,9 +15,9 @@ import yaml
 
 from asip_asm.project import ROOT
 from scripts.gen_core_files import CORES
-from sim.harness.build import file_list, verilator_driver
-from sim.harness.plain import plain
-from sim.harness.sources import sources_of
+from sim.rtl.build import file_list, verilator_driver
+from sim.rtl.plain import plain
+from sim.rtl.sources import sources_of
 from tests.bench.commands import output
 from tests.bench.needs import require
 
@@ -94,7 +94,7 @@ def fusesoc(folder: Path, target: str, depend: str, *options: str) -> subprocess
     user.mkdir(exist_ok=True)
     (user / "top.sv").write_text(INSTANCE, encoding="utf-8")
     (user / "top.core").write_text(USER.format(depend=depend), encoding="utf-8")
-    roots = [f"--cores-root={plain(path)}" for path in (user, RTL, ROOT / "sim/assertions")]
+    roots = [f"--cores-root={plain(path)}" for path in (user, RTL, ROOT / "sim/rtl/assertions")]
     tool = Path(sys.executable).parent / "fusesoc"
     return subprocess.run(
         [tool, *roots, "run", f"--target={target}", *options, "user:design:top:0"],
@@ -133,13 +133,13 @@ def test_fusesoc__for_quartus__defines_synthesis_and_has_no_waivers(tmp_path: Pa
 
 def test_fusesoc__assertions__of_every_core_bind_to_files_that_the_core_has() -> None:
     for core in CORES:
-        found = yaml.safe_load((ROOT / f"sim/assertions/{core}.core").read_text())
+        found = yaml.safe_load((ROOT / f"sim/rtl/assertions/{core}.core").read_text())
         files = [file for part in found["filesets"].values() for file in part["files"]]
         assert files and len(files) == len(set(files))
         own = {Path(path).stem for top in CORES[core][1] for path in sources_of(top)}
         assert {file.removesuffix("_sva.sv") for file in files} <= own
-    bound = {path.name for path in (ROOT / "sim/assertions").glob("*_sva.sv")}
-    listed = (ROOT / f"sim/assertions/{core}.core" for core in CORES)
+    bound = {path.name for path in (ROOT / "sim/rtl/assertions").glob("*_sva.sv")}
+    listed = (ROOT / f"sim/rtl/assertions/{core}.core" for core in CORES)
     named = {name for path in listed for name in re.findall(r"\w+_sva\.sv", path.read_text())}
     assert bound - named == {"encoder_registers_sva.sv"}  # of the boards, which are no core
 
@@ -147,7 +147,7 @@ def test_fusesoc__assertions__of_every_core_bind_to_files_that_the_core_has() ->
 def test_bender__a_project_that_depends_on_ours__gets_files_that_elaborate(tmp_path: Path) -> None:
     bender = require("bender")
     shutil.copytree(RTL, tmp_path / "microtick/rtl")
-    shutil.copytree(ROOT / "sim/assertions", tmp_path / "microtick/sim/assertions")
+    shutil.copytree(ROOT / "sim/rtl/assertions", tmp_path / "microtick/sim/rtl/assertions")
     user = tmp_path / "user"
     user.mkdir()
     (user / "top.sv").write_text("module top; endmodule\n", encoding="utf-8")

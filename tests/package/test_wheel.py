@@ -17,7 +17,7 @@ import pytest
 
 from asip_asm.project import ROOT
 from scripts.doc_blocks import code_blocks, write_files
-from sim.page import provenance
+from sim.report import provenance
 from tests.bench.commands import output
 from tests.bench.copies import share_models
 from tests.package.environment import build_wheel, install
@@ -50,12 +50,12 @@ foreign = sorted({"asip_asm", "sim", "scripts", "tests"} & set(sys.modules))
 print(json.dumps({"imported": count, "missed": missed, "place": last.__file__, "foreign": foreign}))
 """
 OF_THE_EXTRA = (
-    *("microtick.asip_asm.model.", "microtick.sim.asip_model.", "microtick.sim.native."),
-    *("microtick.sim.platforms.", "microtick.sim.prove_", "microtick.sim.robots."),
-    *("microtick.sim.servo.", "microtick.sim.certificate_"),
+    *("microtick.asip_asm.model.", "microtick.sim.laws.asip_model.", "microtick.sim.laws.native."),
+    *("microtick.sim.bench.platforms.", "microtick.sim.prove_", "microtick.sim.laws."),
+    *("microtick.sim.bench.drive.", "microtick.sim.certificate_"),
 )
 OF_THE_BUS = [  # the extra `bus`
-    f"microtick.sim.ethercat.{module}"
+    f"microtick.sim.bus.{module}"
     for module in (
         *("dc_run", "death_run", "device_run", "disturbed_run", "kickcat_master", "path_run"),
         *("pysoem_master", "redundant", "session"),
@@ -146,8 +146,8 @@ def test_wheel__holds_what_its_commands_read_and_nothing_of_the_checkout(wheel: 
         "asip_asm/programs/tracking_optimised.s",
         "sim/robot.toml",
         "sim/paths/agh.ngc",
-        "sim/scope/page/index.html",
-        "sim/harness/asip_harness.cpp",
+        "sim/debug/scope/page/index.html",
+        "sim/rtl/asip_harness.cpp",
         "rtl/asip/asip.sv",
         "rtl/waivers.vlt",
         "nios_sw/system.toml",

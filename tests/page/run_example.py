@@ -7,16 +7,16 @@ from pathlib import Path
 
 import numpy as np
 
-from sim.gcode.interpreter import parse_file
-from sim.model.parameters import Robot
-from sim.model.records import OUTPUTS
-from sim.model.tracking import joint_path
-from sim.path.moves import Motion
-from sim.run import page
-from sim.run.closed_loop import Recording
-from sim.run.controller import EXPORTED, Ticks
-from sim.run.nios import set_points
-from sim.trajectory.exact_stop import generate
+from sim.bench.run import page
+from sim.bench.run.nios import set_points
+from sim.core.closed_loop import Recording
+from sim.core.controller import EXPORTED, Ticks
+from sim.motion.gcode.interpreter import parse_file
+from sim.motion.geometry.moves import Motion
+from sim.motion.trajectory.exact_stop import generate
+from sim.robot.parameters import Robot
+from sim.robot.records import OUTPUTS
+from sim.robot.tracking import joint_path
 
 PEAK_TICK, PEAK_M = 7_000, 9e-6  # a single tick with a large error
 RESULTS = {

@@ -12,9 +12,9 @@ import plotly.graph_objects as go
 import pytest
 from rich.table import Table
 
-from sim.page.curves import envelope, framed, panels
-from sim.page.document import Page
-from sim.run import page
+from sim.bench.run import page
+from sim.report.curves import envelope, framed, panels
+from sim.report.document import Page
 from tests.page.browser import SIZES, Browser
 from tests.page.run_example import PEAK_M, RESULTS, shown
 

@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from sim.page import pictures
-from sim.page.document import Page
+from sim.report import pictures
+from sim.report.document import Page
 from tests.page.browser import Browser
 
 

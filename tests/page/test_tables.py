@@ -9,10 +9,10 @@ import pytest
 from rich.console import Console
 
 from scripts import readme
-from sim.model.published import Published
-from sim.model.records import OUTPUTS, TABLE_3
-from sim.page.marks import between_marks
-from sim.run import tables
+from sim.bench.run import tables
+from sim.report.marks import between_marks
+from sim.robot.published import Published
+from sim.robot.records import OUTPUTS, TABLE_3
 
 ROWS = (*TABLE_3, *OUTPUTS)
 TIMING = {"clock_mhz": 125, "cycles_min": 118, "cycles_max": 118, "time_us": 0.944}

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim.gcode.interpreter import parse
-from sim.path.curves import RateLimits, build_path
-from sim.path.moves import Pose
+from sim.motion.gcode.interpreter import parse
+from sim.motion.geometry.curves import RateLimits, build_path
+from sim.motion.geometry.moves import Pose
 
 # One ulp of a coordinate below 1 m, and a few roundings of it.
 POINT_TOLERANCE = 1e-15

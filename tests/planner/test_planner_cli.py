@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""python -m sim.planner: tables, JSON, plots, and errors without a traceback."""
+"""python -m sim.motion.planner: tables, JSON, plots, and errors without a traceback."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import pytest
 
-from sim.planner.__main__ import main
+from sim.motion.planner.__main__ import main
 
 MOVE = "--v0 100 --vm 600 --tr 0.6 --tm 0.15 --length 800".split()
 

@@ -9,7 +9,7 @@ import random
 import numpy as np
 import pytest
 
-from sim.planner.check import (
+from sim.motion.planner.check import (
     DURATION,
     Move,
     integrate,
@@ -18,9 +18,9 @@ from sim.planner.check import (
     ruckig_trajectory,
     scale,
 )
-from sim.planner.optimal import Limits, TooShortError, stopping_length, time_optimal
-from sim.planner.phases import Profile, State
-from sim.planner.scurve import SCurve, SCurveError
+from sim.motion.planner.optimal import Limits, TooShortError, stopping_length, time_optimal
+from sim.motion.planner.phases import Profile, State
+from sim.motion.planner.scurve import SCurve, SCurveError
 from tests.bench.seed import SEED
 
 KINDS = ("forward", "signed", "moving")

@@ -8,11 +8,11 @@ import random
 import numpy as np
 import pytest
 
-from sim.planner.check import executed, integrate, random_overridden, run_with_changes
-from sim.planner.optimal import Limits, stopping_length, transition
-from sim.planner.override import OverriddenMove
-from sim.planner.phases import State
-from sim.planner.scurve import SCurveError
+from sim.motion.planner.check import executed, integrate, random_overridden, run_with_changes
+from sim.motion.planner.optimal import Limits, stopping_length, transition
+from sim.motion.planner.override import OverriddenMove
+from sim.motion.planner.phases import State
+from sim.motion.planner.scurve import SCurveError
 from tests.bench.seed import SEED
 
 ROUNDING = 1e-12

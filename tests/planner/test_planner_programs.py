@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sim.iss import Iss
-from sim.model.parameters import Robot
-from sim.planner.check import random_core_moves
-from sim.planner.core import ERRORS, PARAMETERS, planner_program
-from sim.planner.ramp_time import ramp_time_plan
-from sim.planner.scurve import SCurve, SCurveError
+from sim.core.iss import Iss
+from sim.motion.planner.check import random_core_moves
+from sim.motion.planner.core import ERRORS, PARAMETERS, planner_program
+from sim.motion.planner.ramp_time import ramp_time_plan
+from sim.motion.planner.scurve import SCurve, SCurveError
+from sim.robot.parameters import Robot
 from tests.bench.seed import SEED
 
 MICROMETRE = 1e-6

@@ -14,10 +14,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim.planner.check import exact_profile
-from sim.planner.figures import RESULTS_FILE, figures, numbers, printed
-from sim.planner.ramp_time import ramp_time_plan
-from sim.planner.scurve import SCurve, SCurveError, closed_forms
+from sim.motion.planner.check import exact_profile
+from sim.motion.planner.figures import RESULTS_FILE, figures, numbers, printed
+from sim.motion.planner.ramp_time import ramp_time_plan
+from sim.motion.planner.scurve import SCurve, SCurveError, closed_forms
 from tests.planner.test_scurve import CLASS_OF, curves
 
 
@@ -154,5 +154,5 @@ def test_plan__jerk_wrong_by_its_last_bit__is_not_the_rational_model(monkeypatch
         forms = closed_forms(*values)
         return replace(forms, jerk=Fraction(math.nextafter(float(forms.jerk), math.inf)))
 
-    monkeypatch.setattr("sim.planner.ramp_time.closed_forms", inexact)
+    monkeypatch.setattr("sim.motion.planner.ramp_time.closed_forms", inexact)
     assert rounded(ramp_time_plan(*parameters).at(0.1)) != want

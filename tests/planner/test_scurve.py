@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim.planner.check import exact_profile
-from sim.planner.figures import SEGMENTS_3, TABLE_3
-from sim.planner.scurve import SCurve, SCurveClass, SCurveError
+from sim.motion.planner.check import exact_profile
+from sim.motion.planner.figures import SEGMENTS_3, TABLE_3
+from sim.motion.planner.scurve import SCurve, SCurveClass, SCurveError
 
 # Relative rounding of the closed forms: some twenty operations of half an ulp each, of terms not
 # larger than the result, and sums and differences of positions not larger than the length.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Assertions of sim/assertions: each fires on a planted violation; every block with state has some.
+"""Assertions of sim/rtl/assertions: each fires on a planted violation; every block of state has.
 
 All checkers stand side by side in one bench. A case of violations.toml drives the ports of one;
 Verilator names what failed. One block of the RTL is there too: a checker bound to it fires.
@@ -15,8 +15,8 @@ from pathlib import Path
 import pytest
 from pyslang import ast, syntax
 
-from sim.harness.assertions import FOLDER, RULES, assertions_of
-from sim.harness.build import ROOT
+from sim.rtl.assertion_files import FOLDER, RULES, assertions_of
+from sim.rtl.build import ROOT
 from tests.bench.self_running import Program
 
 TABLE = tomllib.loads(Path(__file__).with_name("violations.toml").read_text())
@@ -183,5 +183,5 @@ def test_every_block_with_state__has_assertions():
         if re.search(r"\balways_ff\b|\balways @", path.read_text())
     }
     checked = {path.stem.removesuffix("_sva") for path in FOLDER.glob("*_sva.sv")}
-    assert with_state - checked == WITHOUT, "write sim/assertions/<module>_sva.sv"
+    assert with_state - checked == WITHOUT, "write sim/rtl/assertions/<module>_sva.sv"
     assert checked <= {path.stem for path in (ROOT / "rtl").rglob("*.sv")}

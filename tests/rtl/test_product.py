@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from asip_asm.project import ROOT
-from sim.harness.wasm import run_tool
+from sim.rtl.wasm import run_tool
 from tests.bench.needs import needs
 
 SOURCE = ROOT / "rtl/fpu/fp_product.sv"

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from sim.harness.build import verilator_driver
-from sim.harness.sources import sources_of
+from sim.rtl.build import verilator_driver
+from sim.rtl.sources import sources_of
 from tests.bench.needs import find, needs
 from tests.bench.tcl import calls
 

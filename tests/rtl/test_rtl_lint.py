@@ -11,8 +11,8 @@ import pytest
 from pyslang import ast, syntax
 
 from scripts import lint_rtl
-from sim.harness.build import verilator_driver
-from sim.harness.sources import sources_of
+from sim.rtl.build import verilator_driver
+from sim.rtl.sources import sources_of
 
 ROOT = Path(__file__).resolve().parents[2]
 VERILATOR = verilator_driver()

@@ -16,25 +16,25 @@ from functools import cache
 import numpy as np
 
 from asip_asm.assemble import parse_program
-from sim.dual.report import nominal_clocks
-from sim.dual.system import PROGRAMS, TRAJECTORY_PROGRAM
-from sim.gcode.interpreter import parse
-from sim.lookahead.planner import Lookahead
-from sim.lookahead.settings import LookaheadSettings
-from sim.model.drives import Drives
-from sim.model.float32 import Constants
-from sim.model.parameters import ParameterError, Robot
-from sim.model.plant import Plant
-from sim.motion.step_stream import Steps, joints
-from sim.path.moves import Program
-from sim.path.override import overridden_program
-from sim.servo import hardware
-from sim.servo.current_law import Setting, current_law
-from sim.servo.friction_law import KINDS, friction_law
-from sim.servo.plant import Plant as DrivesPlant
-from sim.servo.start_up import dead_clocks, least_clocks, trip_size
-from sim.trajectory.exact_stop import MotionSettings, generate
-from sim.trajectory.program import plan
+from sim.bench.drive import hardware
+from sim.bench.drive.friction_law import KINDS, friction_law
+from sim.bench.drive.plant import Plant as DrivesPlant
+from sim.bench.drive.start_up import dead_clocks, least_clocks, trip_size
+from sim.bench.dual.report import nominal_clocks
+from sim.bench.dual.system import PROGRAMS, TRAJECTORY_PROGRAM
+from sim.bench.motion.step_stream import Steps, joints
+from sim.laws.drive.current_law import Setting, current_law
+from sim.motion.gcode.interpreter import parse
+from sim.motion.geometry.moves import Program
+from sim.motion.geometry.override import overridden_program
+from sim.motion.lookahead.planner import Lookahead
+from sim.motion.lookahead.settings import LookaheadSettings
+from sim.motion.trajectory.exact_stop import MotionSettings, generate
+from sim.motion.trajectory.program import plan
+from sim.robot.drives import Drives
+from sim.robot.float32 import Constants
+from sim.robot.parameters import ParameterError, Robot
+from sim.robot.plant import Plant
 
 ENTRIES = tuple(dict.fromkeys(f.name for f in (*fields(Robot), *fields(Drives))))
 SMALL = {

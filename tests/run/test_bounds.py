@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from asip_asm.assemble import assemble
-from sim.iss import run_path
-from sim.model import float32, tracking
-from sim.model.parameters import Robot
-from sim.model.records import ACCELERATIONS, OUTPUTS, POSITIONS, VELOCITIES, SetPoints
-from sim.run import random_robots
-from sim.run.bounds import bounds
-from sim.run.random_robots import COUNT, PROGRAMS, draw, examine, motion, replay
+from sim.bench.run import random_robots
+from sim.bench.run.bounds import bounds
+from sim.bench.run.random_robots import COUNT, PROGRAMS, draw, examine, motion, replay
+from sim.core.iss import run_path
+from sim.robot import float32, tracking
+from sim.robot.parameters import Robot
+from sim.robot.records import ACCELERATIONS, OUTPUTS, POSITIONS, VELOCITIES, SetPoints
 
 SEED = 7
 ERRORS = ("e1", "e2", "e3", "e4", "e5")

@@ -9,11 +9,11 @@ import pytest
 from rich.console import Console
 
 from asip_asm.assemble import assemble
-from sim.model.parameters import Robot
-from sim.model.records import OUTPUTS
-from sim.run import __main__ as command
-from sim.run import checks, tables
-from sim.run import job as main_job
+from sim.bench.run import __main__ as command
+from sim.bench.run import checks, tables
+from sim.bench.run import job as main_job
+from sim.robot.parameters import Robot
+from sim.robot.records import OUTPUTS
 
 AGH = Path("sim/paths/agh.ngc")
 KEPT = {"leg": 9e-7, "tool": 4e-6, "table": 4e-5}

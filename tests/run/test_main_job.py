@@ -15,11 +15,11 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from sim.harness import plain
-from sim.model.parameters import ROBOT_TOML
-from sim.run import __main__ as main_job
-from sim.run import estimate
-from sim.run.job import Order, run
+from sim.bench.run import __main__ as main_job
+from sim.bench.run import estimate
+from sim.bench.run.job import Order, run
+from sim.robot.parameters import ROBOT_TOML
+from sim.rtl import plain
 from tests.bench.commands import output
 
 ROOT = Path(__file__).parents[2]
@@ -88,9 +88,9 @@ def test_low_robot__runs_a_program_from_its_own_start(tmp_path, capsys):
 # A job whose workers never end; it prints their process numbers.
 ENDLESS = """
 import multiprocessing, sys, time
-from sim.run import __main__ as main_job
-from sim.run.progress import TickProgress
-from sim.run.workers import Workers
+from sim.bench.run import __main__ as main_job
+from sim.bench.run.progress import TickProgress
+from sim.bench.run.workers import Workers
 
 def endless(progress):
     progress(1)
@@ -174,8 +174,8 @@ def test_costs__broken_file__are_the_typical_ones(tmp_path):
 def test_make_run__names_with_spaces__stay_one_word(tmp_path):
     words = ["GCODE=my part.ngc", "ROBOT=a robot.toml", "OUTPUT=to here", "TICKS=7", "OVERRIDE=80"]
     text = output("make", "-n", "run", *words, "PLATFORMS=fpga1,fpga3", cwd=ROOT)
-    line = text[text.index("-m sim.run") :].replace("\\\n", " ").splitlines()[0]
-    wanted = "-m sim.run 'my part.ngc' --robot 'a robot.toml' --output 'to here' --ticks 7"
+    line = text[text.index("-m sim.bench.run") :].replace("\\\n", " ").splitlines()[0]
+    wanted = "-m sim.bench.run 'my part.ngc' --robot 'a robot.toml' --output 'to here' --ticks 7"
     assert shlex.split(line) == shlex.split(f"{wanted} --override 80 --platforms fpga1,fpga3")
 
 

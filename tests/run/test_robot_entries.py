@@ -7,9 +7,9 @@ import tomllib
 
 import pytest
 
-from sim.lookahead import __main__ as lookahead
-from sim.model.parameter_uses import UNUSED
-from sim.model.parameters import ROBOT_TOML
+from sim.motion.lookahead import __main__ as lookahead
+from sim.robot.parameter_uses import UNUSED
+from sim.robot.parameters import ROBOT_TOML
 from tests.run import robot_entries
 
 

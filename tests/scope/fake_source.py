@@ -9,9 +9,9 @@ import threading
 
 import numpy as np
 
-from sim import guard
-from sim.scope import server
-from sim.scope.source import (
+from sim.debug import guard
+from sim.debug.scope import server
+from sim.debug.scope.source import (
     Applied,
     Block,
     Channel,

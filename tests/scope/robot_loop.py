@@ -11,13 +11,14 @@ import numpy as np
 
 from asip_asm.assemble import assemble
 from asip_asm.image import Image
-from sim.model.parameters import ROBOT_TOML, Robot
-from sim.model.records import SetPoints
-from sim.run import closed_loop, scoped
-from sim.run.controller import AsipController, ControllerFault
-from sim.run.job import PROGRAMS
-from sim.scope.source import Description
-from sim.scope.tap import Place
+from sim.bench.run import scoped
+from sim.bench.run.job import PROGRAMS
+from sim.core import closed_loop
+from sim.core.controller import AsipController, ControllerFault
+from sim.debug.scope.source import Description
+from sim.debug.scope.tap import Place
+from sim.robot.parameters import ROBOT_TOML, Robot
+from sim.robot.records import SetPoints
 
 SOURCE = PROGRAMS / "tracking_optimised.s"
 # Linear, so that textbooks know the response: no friction, no boost, fine encoders.

@@ -14,12 +14,12 @@ from sim.debug.client import Client, DebugError, connect
 from sim.debug.link import LinkError
 from sim.debug.model import DebugRtl
 from sim.debug.packets import PacketError
+from sim.debug.scope import __main__ as command
+from sim.debug.scope import goals
+from sim.debug.scope.block_source import BlockSource, block_trigger, first_channels
+from sim.debug.scope.session import Session
+from sim.debug.scope.source import Applied, Block, Commit, Event, Fault, Note, Pace, SourceError
 from sim.debug.state import Channel, Records
-from sim.scope import __main__ as command
-from sim.scope import goals
-from sim.scope.block_source import BlockSource, block_trigger, first_channels
-from sim.scope.session import Session
-from sim.scope.source import Applied, Block, Commit, Event, Fault, Note, Pace, SourceError
 from tests.scope.fake_source import Scope
 from tests.scope.page_link import Page, talk
 
@@ -234,7 +234,7 @@ def test_block__what_cannot_be__is_refused(machine):
 
 
 def test_block__link_that_breaks__is_told_and_made_again(machine, monkeypatch):
-    monkeypatch.setattr("sim.scope.block_source.RETRY_S", 0.0)
+    monkeypatch.setattr("sim.debug.scope.block_source.RETRY_S", 0.0)
     broken = {"left": 2}
 
     def link() -> Client:
@@ -271,7 +271,7 @@ OTHER = """
 
 
 def test_block__core_with_another_program__is_refused(machine, tmp_path, monkeypatch):
-    monkeypatch.setattr("sim.scope.block_source.RETRY_S", 0.0)
+    monkeypatch.setattr("sim.debug.scope.block_source.RETRY_S", 0.0)
     (tmp_path / "other.s").write_text(OTHER)
     other = assemble(tmp_path / "other.s")
     said = "another program than 'two outputs': its entry is 0 and its outputs 0x1, the image's 0 "

@@ -21,7 +21,7 @@ GUIDE = (ROOT / "docs/tune_a_gain.md").read_text(encoding="utf-8")
 
 def job(out: Path, *arguments: str) -> list[str]:
     common = ["--platforms", "fpga3", "--no-plots", "--output", str(out)]
-    return [sys.executable, "-m", "sim.run", *arguments, *common]
+    return [sys.executable, "-m", "sim.bench.run", *arguments, *common]
 
 
 def scoped_job(
@@ -112,6 +112,6 @@ def test_guide__its_steps_in_order(tmp_path):
     "word", [word for word in re.findall(r"\*\*([^*]+)\*\*", GUIDE) if not word[0].isdigit()]
 )
 def test_guide__what_it_points_at__is_on_the_page(word):
-    folder = ROOT / "sim/scope/page"
+    folder = ROOT / "sim/debug/scope/page"
     page = "".join(file.read_text(encoding="utf-8") for file in folder.iterdir())
     assert word in page

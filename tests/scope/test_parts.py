@@ -15,12 +15,12 @@ import pytest
 import scipy.signal
 from mcap.reader import make_reader
 
-from sim.scope.export import FORMATS
-from sim.scope.ring import Ring, thinned
-from sim.scope.session import BLACK_BOX, Session
-from sim.scope.source import Applied, Block, End, Fault, SourceError, Step, Stepped
-from sim.scope.step_response import measure
-from sim.scope.trigger import Settings, Trigger
+from sim.debug.scope.export import FORMATS
+from sim.debug.scope.ring import Ring, thinned
+from sim.debug.scope.session import BLACK_BOX, Session
+from sim.debug.scope.source import Applied, Block, End, Fault, SourceError, Step, Stepped
+from sim.debug.scope.step_response import measure
+from sim.debug.scope.trigger import Settings, Trigger
 from tests.scope.fake_source import ABOUT, rows
 
 

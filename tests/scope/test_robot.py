@@ -14,10 +14,10 @@ import scipy.signal
 from rich.console import Console
 
 from sim.debug.packets import line_bits
-from sim.model.records import COUNTS, OUTPUTS, SetPoints
-from sim.scope.process import ScopeProcess
-from sim.scope.source import VERSION, Block, Commit, End, Event, Pace, SourceError, Step
-from sim.scope.tap import TapSource
+from sim.debug.scope.process import ScopeProcess
+from sim.debug.scope.source import VERSION, Block, Commit, End, Event, Pace, SourceError, Step
+from sim.debug.scope.tap import TapSource
+from sim.robot.records import COUNTS, OUTPUTS, SetPoints
 from tests.page.browser import Browser
 from tests.scope.robot_loop import ROBOT, Loop, described, path
 

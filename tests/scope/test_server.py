@@ -16,9 +16,9 @@ from tornado.httpclient import HTTPClientError, HTTPRequest
 from tornado.httputil import HTTPHeaders
 from tornado.websocket import websocket_connect
 
-from sim.scope.messages import LARGEST
-from sim.scope.source import Commit, End, Fault, Pace, Put, Step, Stepped
-from sim.scope.step_response import measure
+from sim.debug.scope.messages import LARGEST
+from sim.debug.scope.source import Commit, End, Fault, Pace, Put, Step, Stepped
+from sim.debug.scope.step_response import measure
 from tests.scope.fake_source import ABOUT, FakeSource, Scope, rows
 from tests.scope.page_link import LIMIT, Page, socket_of, talk
 

@@ -11,9 +11,9 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from sim.goals import Goal, at_least, exactly
-from sim.harness.asip_rtl import AsipRtl
-from sim.harness.runtime import MODELS, seal, sealed
+from sim.report.goals import Goal, at_least, exactly
+from sim.rtl.asip_rtl import AsipRtl
+from sim.rtl.runtime import MODELS, seal, sealed
 from tests.security.test_caches import damaged
 
 DAMAGES = 100

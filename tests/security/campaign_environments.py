@@ -10,7 +10,7 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from sim.goals import Goal, depth, exactly
+from sim.report.goals import Goal, depth, exactly
 from tests.security.environments import PLAIN, TABLE, Environment, job, set_up
 
 LEAST = 25

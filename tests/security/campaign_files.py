@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from sim.goals import Goal, at_least, exactly
+from sim.report.goals import Goal, at_least, exactly
 from tests.security.hostile_files import CASES, LEAST, observe
 
 

@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from asip_asm.project import ROOT
-from sim.goals import Goal, depth, exactly
+from sim.report.goals import Goal, depth, exactly
 from tests.security.test_signals import DEADLINE, members, obey_signals
 
 SIGNALS = ("SIGTERM", "SIGINT", "SIGHUP", "SIGKILL")

@@ -8,7 +8,7 @@ import socket
 from collections.abc import Iterator, Sequence
 from random import Random
 
-from sim.goals import Goal, depth, exactly
+from sim.report.goals import Goal, depth, exactly
 from tests.security.ports import HOST, PORTS, Port, Running, post, talk
 
 RANDOM, SAMPLE = 100_000, 1_000

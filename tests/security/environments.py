@@ -30,8 +30,8 @@ include Makefile
 .PHONY: probe
 probe: $(READY)
 	@$(PY) -m asip_asm.cli_as "$(OUTPUT)/square.s" -o "$(OUTPUT)/square.json"
-	@$(PY) -m sim.asip_run --iss "$(OUTPUT)/square.json" --set x=3 > "$(OUTPUT)/run.txt"
-	@$(PY) -m sim.run "$(GCODE)" --robot "$(ROBOT)" --plan-only > "$(OUTPUT)/plan.txt"
+	@$(PY) -m sim.debug.asip_run --iss "$(OUTPUT)/square.json" --set x=3 > "$(OUTPUT)/run.txt"
+	@$(PY) -m sim.bench.run "$(GCODE)" --robot "$(ROBOT)" --plan-only > "$(OUTPUT)/plan.txt"
 """
 OF_PIP = ("PIP_INDEX_URL", "PIP_FIND_LINKS", "PIP_CERT", "PIP_PROXY", "HTTPS_PROXY")
 """Where packages come from."""

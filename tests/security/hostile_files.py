@@ -21,13 +21,13 @@ from pathlib import Path
 from asip_asm import cli_as, cli_objdump
 from asip_asm.assembly_text import quoted
 from asip_asm.image import checksum
-from sim import nios_run
-from sim.asip_model import __main__ as asip_model
-from sim.asip_run import __main__ as asip_run
-from sim.debugger import __main__ as asip_dbg
-from sim.harness.nios_image import IMAGES
-from sim.model.parameters import ROBOT_TOML
-from sim.run import __main__ as main_job
+from sim.bench.run import __main__ as main_job
+from sim.debug import nios_run
+from sim.debug.asip_dbg import __main__ as asip_dbg
+from sim.debug.asip_run import __main__ as asip_run
+from sim.laws.asip_model import __main__ as asip_model
+from sim.robot.parameters import ROBOT_TOML
+from sim.rtl.nios_image import IMAGES
 from tests.model_compiler.robot_text import ARM
 from tests.model_compiler.test_saved import HOSTILE, RECORD, plain
 

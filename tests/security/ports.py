@@ -18,7 +18,7 @@ from pathlib import Path
 from random import Random
 
 from asip_asm.project import ROOT
-from sim import guard
+from sim.debug import guard
 from sim.debug.packets import Packet, Type, encode, read_body, write_body
 from tests.debugger.debugged import LEG
 
@@ -27,7 +27,7 @@ HOST = guard.LOOPBACK
 SCOPED = """
 import asyncio, sys, threading
 from sim import guard
-from sim.scope import server
+from sim.debug.scope import server
 from tests.scope.fake_source import FakeSource
 
 listening, token = server.bind(), guard.new_token()
@@ -413,7 +413,7 @@ _SCOPE_CRAFTED = (
 PORTS = (
     Port(
         name="gdb",
-        command=("-m", "sim.nios_run", "--gdb", ":0"),
+        command=("-m", "sim.debug.nios_run", "--gdb", ":0"),
         address=r"target remote [\d.]+:(?P<port>\d+)",
         harmful=_gdb(b"M10040000,4:78563412") + _gdb(b"m10040000,4"),
         greeting=lambda token: b"+" + _gdb(b"!"),
@@ -434,7 +434,7 @@ PORTS = (
     ),
     Port(
         name="dap",
-        command=("-m", "sim.debugger", "--dap", "--port", "0", "--iss", str(LEG)),
+        command=("-m", "sim.debug.asip_dbg", "--dap", "--port", "0", "--iss", str(LEG)),
         address=r"Protocol on [\d.]+:(?P<port>\d+)",
         harmful=dap("launch", program=str(LEG), connect="tcp://127.0.0.1:9"),
         greeting=lambda token: b"",

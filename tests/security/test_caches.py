@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from sim.harness import build, plain, runtime
-from sim.harness.sources import sources_of
-from sim.page import provenance
+from sim.report import provenance
+from sim.rtl import build, plain, runtime
+from sim.rtl.sources import sources_of
 from tests.bench.seed import SEED
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from sim import nios_run
+from sim.debug import nios_run
 from tests.security.hostile_files import CASES, LEAST, MARK, RUN, Case, observe
 
 REFUSED = (1, 2, nios_run.FILE_STATUS)

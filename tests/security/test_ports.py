@@ -10,7 +10,8 @@ import struct
 
 import pytest
 
-from sim import guard, private
+from sim.debug import guard
+from sim.rtl import private
 from tests.bench.seed import SEED
 from tests.security.campaign_ports import (
     crafted,

@@ -14,16 +14,16 @@ from pathlib import Path
 import pytest
 
 from asip_asm.project import ROOT
-from sim import processes
-from sim.fpbench import campaign
-from sim.fpbench.native import BenchError
+from sim.core.fpbench import campaign
+from sim.core.fpbench.native import BenchError
+from sim.rtl import processes
 from tests.security.test_signals import members, obey_signals
 
 DEADLINE = 30.0  # s, against a hang
 LISTENS = "0A"  # state in the kernel's table
 JOB = """
 import time
-from sim.processes import processes
+from sim.rtl.processes import processes
 if __name__ == "__main__":
     with processes(2) as pool:
         print(*pool.map(abs, [-1, -2]), flush=True)

@@ -48,7 +48,7 @@ def test_make_run__ends_with_its_workers(name, tmp_path):
         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     )  # fmt: skip
     end = time.monotonic() + DEADLINE
-    while not any("sim.run" in text for text in members(job.pid)) and time.monotonic() < end:
+    while not any("sim.bench.run" in text for text in members(job.pid)) and time.monotonic() < end:
         time.sleep(0.1)
     time.sleep(2.0)
     assert job.poll() is None, "the job has ended by itself"

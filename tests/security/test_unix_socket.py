@@ -17,7 +17,7 @@ LIMIT_S = 60.0  # against a hang
 def test_gdb__over_a_unix_socket__is_served_and_private(tmp_path):
     path = tmp_path / "gdb"
     server = subprocess.Popen(
-        [sys.executable, "-m", "sim.nios_run", "--gdb", str(path)],
+        [sys.executable, "-m", "sim.debug.nios_run", "--gdb", str(path)],
         cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
     )  # fmt: skip
     try:

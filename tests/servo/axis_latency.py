@@ -12,12 +12,12 @@ from pathlib import Path
 import numpy as np
 
 from asip_asm.isa import default_isa
-from sim.harness.asip_bus import CLEAR, CSR, load_words
-from sim.harness.gen.drive_regmap import REGMAP
-from sim.model.drives import Drives
-from sim.servo.current_law import Setting
-from sim.servo.current_loop import loop_program
-from sim.servo.start_up import WINDOW, dead_clocks, least_clocks
+from sim.bench.drive.current_loop import loop_program
+from sim.bench.drive.start_up import WINDOW, dead_clocks, least_clocks
+from sim.laws.drive.current_law import Setting
+from sim.robot.drives import Drives
+from sim.rtl.asip_bus import CLEAR, CSR, load_words
+from sim.rtl.gen.drive_regmap import REGMAP
 from tests.servo.clocked import FOLDERS, Clocked
 
 PERIODS = 4

@@ -18,9 +18,9 @@ import numpy as np
 
 from asip_asm.project import BUILD, ROOT
 from asip_asm.regmap import RegisterMap
-from sim.harness.build import build_library
-from sim.harness.sources import sources_of
-from sim.harness.waves import load_model
+from sim.rtl.build import build_library
+from sim.rtl.sources import sources_of
+from sim.rtl.waves import load_model
 from tests.bench.faults import write_if_changed
 
 FOLDERS = (
@@ -85,7 +85,7 @@ class Clocked:
             sources_of(top, folders or FOLDERS),
             harness,
             parameters,
-            harness_flags=(f"-I{ROOT / 'sim/harness'}",),
+            harness_flags=(f"-I{ROOT / 'sim/rtl'}",),
         )
         self._run = load_model(library).clocked_run
         self._run.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_uint64, ctypes.c_int]

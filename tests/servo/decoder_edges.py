@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from asip_asm.project import BUILD, ROOT
-from sim.harness.build import build_library
-from sim.harness.sources import sources_of
-from sim.harness.waves import load_model
+from sim.rtl.build import build_library
+from sim.rtl.sources import sources_of
+from sim.rtl.waves import load_model
 from tests.servo import clocked
 
 TOP = "quadrature_decoder"
@@ -27,7 +27,7 @@ PLANTED = 1000  # changes of both lines at once, a piece
 
 def library() -> Path:
     """The model with the harness, built once per content."""
-    include = (f"-I{ROOT / 'sim/harness'}",)
+    include = (f"-I{ROOT / 'sim/rtl'}",)
     return build_library(TOP, sources_of(TOP, clocked.FOLDERS), HARNESS, harness_flags=include)
 
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Windings, friction and a phase's terminal of sim/servo/plant.h as functions (test_plant.py).
+// Windings, friction and a phase's terminal of sim/bench/drive/plant.h as functions (test_plant.py).
 #include "plant.h"
 
 extern "C" {

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import pytest
 
-from sim.model.drives import Drives
-from sim.model.parameters import Robot
-from sim.servo.clocks import CLOCK
-from sim.servo.current_law import Setting
+from sim.laws.drive.clocks import CLOCK
+from sim.laws.drive.current_law import Setting
+from sim.robot.drives import Drives
+from sim.robot.parameters import Robot
 from tests.servo.axis_latency import latency
 
 SETTING = Setting(Robot.load().resolution)

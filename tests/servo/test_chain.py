@@ -10,33 +10,27 @@ import numpy as np
 import pytest
 
 from asip_asm.image import Image
-from sim.dual.moves import moves_of
-from sim.gcode.interpreter import parse_file
-from sim.model import plant as rigid
-from sim.model.drives import Drives
-from sim.model.parameters import Robot
-from sim.model.tracking import joint_path
-from sim.run.nios import PATH, set_points
-from sim.servo.averaged import AveragedPlant, at_joints, library, true_angles, true_zeros
-from sim.servo.chain import ORDER_FILTER
-from sim.servo.current_law import Setting, gains
-from sim.servo.current_loop import rise_and_overshoot
-from sim.servo.draws import SEEDS, replay
-from sim.servo.friction_law import image
-from sim.servo.goals import DISTORTION, SAME_CURRENT
-from sim.servo.path import Chain
-from sim.servo.plant import Plant
-from sim.servo.recording import Recording
-from sim.servo.response import (
-    LARGE,
-    analyse,
-    averaged_responses,
-    averaged_turn,
-    harmonics,
-)
-from sim.servo.sample import BEFORE, SKIP, per_tick, same_currents
-from sim.servo.whole import FrictionController
-from sim.trajectory.exact_stop import MotionSettings, generate
+from sim.bench.drive.averaged import AveragedPlant, at_joints, library, true_angles, true_zeros
+from sim.bench.drive.chain import ORDER_FILTER
+from sim.bench.drive.current_loop import rise_and_overshoot
+from sim.bench.drive.draws import SEEDS, replay
+from sim.bench.drive.friction_law import image
+from sim.bench.drive.goals import DISTORTION, SAME_CURRENT
+from sim.bench.drive.path import Chain
+from sim.bench.drive.plant import Plant
+from sim.bench.drive.recording import Recording
+from sim.bench.drive.response import LARGE, analyse, averaged_responses, averaged_turn, harmonics
+from sim.bench.drive.sample import BEFORE, SKIP, per_tick, same_currents
+from sim.bench.drive.whole import FrictionController
+from sim.bench.dual.moves import moves_of
+from sim.bench.run.nios import PATH, set_points
+from sim.laws.drive.current_law import Setting, gains
+from sim.motion.gcode.interpreter import parse_file
+from sim.motion.trajectory.exact_stop import MotionSettings, generate
+from sim.robot import plant as rigid
+from sim.robot.drives import Drives
+from sim.robot.parameters import Robot
+from sim.robot.tracking import joint_path
 
 ROBOT, DRIVES = Robot.load(), Drives.load()
 SETTING = Setting(ROBOT.resolution)

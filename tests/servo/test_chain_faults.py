@@ -9,19 +9,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sim.dual.moves import moves_of
-from sim.gcode.interpreter import parse_file
-from sim.harness.asip_bus import CSR
-from sim.model.drives import Drives
-from sim.model.parameters import Robot
-from sim.model.tracking import joint_path
-from sim.run.controller import ControllerFault
-from sim.run.nios import set_points
-from sim.servo import start_up
-from sim.servo.averaged import at_joints, true_angles
-from sim.servo.path import Chain
-from sim.servo.plant import Plant
-from sim.trajectory.exact_stop import MotionSettings, generate
+from sim.bench.drive import start_up
+from sim.bench.drive.averaged import at_joints, true_angles
+from sim.bench.drive.path import Chain
+from sim.bench.drive.plant import Plant
+from sim.bench.dual.moves import moves_of
+from sim.bench.run.nios import set_points
+from sim.core.controller import ControllerFault
+from sim.motion.gcode.interpreter import parse_file
+from sim.motion.trajectory.exact_stop import MotionSettings, generate
+from sim.robot.drives import Drives
+from sim.robot.parameters import Robot
+from sim.robot.tracking import joint_path
+from sim.rtl.asip_bus import CSR
 
 ROBOT, DRIVES = Robot.load(), Drives.load()
 PLANT = Plant(ROBOT, DRIVES)

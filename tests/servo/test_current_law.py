@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 
 from asip_asm.model.program import Built
-from sim.model.drives import Drives
-from sim.model.parameters import Robot
-from sim.prove_program import COUNT, prove
-from sim.servo import goals
-from sim.servo.__main__ import main
-from sim.servo.current_law import AXES, DELAY, MAGIC, Setting, current_law, gains
-from sim.servo.current_loop import loop_program, respond, rise_and_overshoot
-from sim.servo.goals import CYCLES, SMALL
+from sim.bench.drive import goals
+from sim.bench.drive.__main__ import main
+from sim.bench.drive.current_loop import loop_program, respond, rise_and_overshoot
+from sim.bench.drive.goals import CYCLES, SMALL
+from sim.laws.drive.current_law import AXES, DELAY, MAGIC, Setting, current_law, gains
+from sim.laws.prove_program import COUNT, prove
+from sim.robot.drives import Drives
+from sim.robot.parameters import Robot
 
 DRIVES = Drives.load()
 SETTING = Setting(Robot.load().resolution)
@@ -126,8 +126,8 @@ def test_goals__exit_status_and_file_say_what_is_missed(tmp_path, monkeypatch):
     def measure(robot, drives, full, rows, report) -> None:
         rows.most("whole path, leg", leg, "um", 1.5)
 
-    monkeypatch.setattr("sim.servo.__main__.measure", measure)
-    monkeypatch.setattr("sim.servo.__main__.delays", lambda *_: {})
+    monkeypatch.setattr("sim.bench.drive.__main__.measure", measure)
+    monkeypatch.setattr("sim.bench.drive.__main__.delays", lambda *_: {})
     results = tmp_path / "drive.json"
     leg = 1.6
     assert main(["--results", str(results)]) == 1

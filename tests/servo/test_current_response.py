@@ -15,10 +15,17 @@ import pytest
 from numpy.typing import NDArray
 from scipy import signal
 
-from sim.model.drives import Drives, Motor
-from sim.model.parameters import Robot
-from sim.servo.current_law import Setting
-from sim.servo.response import AMPLITUDE, NOISE, PERIODS, analyse, averaged_responses, multisine
+from sim.bench.drive.response import (
+    AMPLITUDE,
+    NOISE,
+    PERIODS,
+    analyse,
+    averaged_responses,
+    multisine,
+)
+from sim.laws.drive.current_law import Setting
+from sim.robot.drives import Drives, Motor
+from sim.robot.parameters import Robot
 
 ROBOT, DRIVES = Robot.load(), Drives.load()
 SETTING = Setting(ROBOT.resolution)

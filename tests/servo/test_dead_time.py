@@ -20,12 +20,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from sim.model.drives import Drives
-from sim.model.parameters import Robot
-from sim.servo import start_up
-from sim.servo.chain import ChainRtl
-from sim.servo.clocks import HALF_PERIOD
-from sim.servo.plant import AXES, Plant
+from sim.bench.drive import start_up
+from sim.bench.drive.chain import ChainRtl
+from sim.bench.drive.plant import AXES, Plant
+from sim.laws.drive.clocks import HALF_PERIOD
+from sim.robot.drives import Drives
+from sim.robot.parameters import Robot
 
 ROBOT, FILE = Robot.load(), Drives.load()
 R, L = 10.0, 5e-3

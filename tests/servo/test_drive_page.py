@@ -6,8 +6,8 @@ from __future__ import annotations
 import pytest
 
 from scripts import drive
-from sim.goals import as_json
-from sim.servo.goals import Rows
+from sim.bench.drive.goals import Rows
+from sim.report.goals import as_json
 from tests.servo.decoder_edges import Campaign
 
 DELAYS = dict.fromkeys(("commands", "orders", "values", "voltage", "pulse", "count"), 7.0)

@@ -11,12 +11,8 @@ import numpy as np
 import pytest
 
 from asip_asm.model.program import build
-from sim.model.drives import Drives
-from sim.model.parameters import Robot
-from sim.prove_program import COUNT, prove
-from sim.robots import own
-from sim.servo import lugre
-from sim.servo.friction_law import (
+from sim.bench.drive import lugre
+from sim.bench.drive.friction_law import (
     BOUNDS,
     STAGES,
     TABLE,
@@ -26,8 +22,12 @@ from sim.servo.friction_law import (
     friction_law,
     pulse_of,
 )
-from sim.servo.recording import PATH
-from sim.servo.whole import FrictionController, Whole, path_of, whole
+from sim.bench.drive.recording import PATH
+from sim.bench.drive.whole import FrictionController, Whole, path_of, whole
+from sim.laws import own
+from sim.laws.prove_program import COUNT, prove
+from sim.robot.drives import Drives
+from sim.robot.parameters import Robot
 
 ROBOT, DRIVES = Robot.load(), Drives.load()
 FULL = pytest.mark.full

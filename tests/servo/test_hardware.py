@@ -9,14 +9,14 @@ from dataclasses import fields, replace
 import pytest
 
 from scripts.drive import PAGE
-from sim.model.drives import Drives
-from sim.model.parameters import ROBOT_TOML, ParameterError, Robot
-from sim.servo import hardware, path, response, start_up
-from sim.servo.__main__ import main
-from sim.servo.current_law import Setting
-from sim.servo.plant import Plant
-from sim.servo.recording import PATH
-from sim.servo.whole import path_of
+from sim.bench.drive import hardware, path, response, start_up
+from sim.bench.drive.__main__ import main
+from sim.bench.drive.plant import Plant
+from sim.bench.drive.recording import PATH
+from sim.bench.drive.whole import path_of
+from sim.laws.drive.current_law import Setting
+from sim.robot.drives import Drives
+from sim.robot.parameters import ROBOT_TOML, ParameterError, Robot
 
 ROBOT, DRIVES = Robot.load(), Drives.load()
 

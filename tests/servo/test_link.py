@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from asip_asm.gen.asip_regmap import REGMAP as ASIP
-from sim.harness.gen.drive_regmap import REGMAP as DRIVE
+from sim.rtl.gen.drive_regmap import REGMAP as DRIVE
 from tests.bench.seed import SEED
 from tests.servo.clocked import Accesses, Clocked
 from tests.servo.test_decoder import lines

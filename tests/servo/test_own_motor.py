@@ -10,16 +10,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sim.model.drives import Drives
-from sim.model.parameters import ROBOT_TOML, Robot
-from sim.servo import start_up
-from sim.servo.averaged import at_joints, true_angles
-from sim.servo.chain import ChainRtl
-from sim.servo.clocks import HALF_PERIOD
-from sim.servo.current_law import Setting
-from sim.servo.hardware import load
-from sim.servo.plant import Plant
-from sim.servo.response import TURN, averaged_responses, locked, turn
+from sim.bench.drive import start_up
+from sim.bench.drive.averaged import at_joints, true_angles
+from sim.bench.drive.chain import ChainRtl
+from sim.bench.drive.hardware import load
+from sim.bench.drive.plant import Plant
+from sim.bench.drive.response import TURN, averaged_responses, locked, turn
+from sim.laws.drive.clocks import HALF_PERIOD
+from sim.laws.drive.current_law import Setting
+from sim.robot.drives import Drives
+from sim.robot.parameters import ROBOT_TOML, Robot
 
 OWN = {
     **{"pole_legs": 0.048, "poles_tilt": 14, "poles_rotation": 10},

@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 from rich.table import Table
 
-from sim.model.records import SetPoints
-from sim.run.closed_loop import Tracking
-from sim.servo import page
-from sim.servo.chain import HALF
-from sim.servo.goals import LAWS, Loops, Shown
-from sim.servo.position import PositionLoops
-from sim.servo.recording import Recording
-from sim.servo.response import Response
-from sim.servo.sample import Sample
-from sim.servo.whole import Whole
+from sim.bench.drive import page
+from sim.bench.drive.chain import HALF
+from sim.bench.drive.goals import LAWS, Loops, Shown
+from sim.bench.drive.position import PositionLoops
+from sim.bench.drive.recording import Recording
+from sim.bench.drive.response import Response
+from sim.bench.drive.sample import Sample
+from sim.bench.drive.whole import Whole
+from sim.core.closed_loop import Tracking
+from sim.robot.records import SetPoints
 
 TICKS = 2000
 PICTURES = (

@@ -18,14 +18,15 @@ from scipy.integrate import solve_ivp
 
 from asip_asm.isa import default_isa
 from asip_asm.project import ROOT
-from sim.harness import runtime
-from sim.harness.gen.drive_regmap import REGMAP
-from sim.model.drives import Drives
-from sim.model.parameters import ParameterError, Robot
-from sim.servo import clocks, lugre
-from sim.servo.current_law import Setting
-from sim.servo.motor import Windings, phase_currents, space_vector
-from sim.servo.plant import Plant
+from sim.bench.drive import lugre
+from sim.bench.drive.motor import Windings, phase_currents, space_vector
+from sim.bench.drive.plant import Plant
+from sim.laws.drive import clocks
+from sim.laws.drive.current_law import Setting
+from sim.robot.drives import Drives
+from sim.robot.parameters import ParameterError, Robot
+from sim.rtl import runtime
+from sim.rtl.gen.drive_regmap import REGMAP
 
 DRIVES = Drives.load()
 RECORD = Plant(Robot.load(), DRIVES).record()
@@ -38,7 +39,7 @@ def header(tmp_path_factory) -> ctypes.CDLL:
     """Functions of plant.h (plant_header.cpp)."""
     folder = tmp_path_factory.mktemp("plant")
     source, library = Path(__file__).with_name("plant_header.cpp"), folder / "libplant.so"
-    flags = ["-std=c++17", "-O2", "-fPIC", "-shared", f"-I{ROOT / 'sim/servo'}"]
+    flags = ["-std=c++17", "-O2", "-fPIC", "-shared", f"-I{ROOT / 'sim/bench/drive'}"]
     runtime.run([runtime.compiler(), *flags, source, "-o", library], folder)
     found, number, pointer = ctypes.CDLL(str(library)), ctypes.c_double, ctypes.c_void_p
     found.windings_advance.argtypes = [pointer, pointer, *[number] * 5]
@@ -266,6 +267,6 @@ def test_clock_and_half_period__have_the_registers_and_the_instruction_sets_valu
     assert clocks.CLOCK * default_isa().clock_mhz == pytest.approx(1e-6)
     assert Setting(Robot.load().resolution).period == clocks.HALF_PERIOD * clocks.CLOCK
     numbers = re.compile(r"\b(1250|8e-0?9|1e-0?5)\b")
-    for file in sorted((ROOT / "sim/servo").glob("*")):
+    for file in sorted((ROOT / "sim/bench/drive").glob("*")):
         if file.suffix in (".py", ".cpp", ".h"):
             assert not numbers.search(file.read_text(encoding="utf-8")), file.name

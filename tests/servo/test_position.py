@@ -6,10 +6,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim.model.drives import Drives
-from sim.model.parameters import Robot
-from sim.model.tracking import joint_path
-from sim.servo.position import LINES, SPEEDS, PositionLoops, position_loops, wobble
+from sim.bench.drive.position import LINES, SPEEDS, PositionLoops, position_loops, wobble
+from sim.robot.drives import Drives
+from sim.robot.parameters import Robot
+from sim.robot.tracking import joint_path
 
 ROBOT, DRIVES = Robot.load(), Drives.load()
 # dB below a share of the corner: friction, bounded integrator and low-pass are not in the poles

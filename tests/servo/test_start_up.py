@@ -8,16 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sim.harness.asip_bus import CSR
-from sim.harness.gen.drive_regmap import REGMAP
-from sim.model.drives import Drives
-from sim.model.parameters import Robot
-from sim.servo import hardware, start_up
-from sim.servo import status as status_text
-from sim.servo.averaged import at_joints, true_angles, true_zeros
-from sim.servo.chain import ChainRtl
-from sim.servo.current_law import Setting
-from sim.servo.plant import Plant
+from sim.bench.drive import hardware, start_up
+from sim.bench.drive import status as status_text
+from sim.bench.drive.averaged import at_joints, true_angles, true_zeros
+from sim.bench.drive.chain import ChainRtl
+from sim.bench.drive.plant import Plant
+from sim.laws.drive.current_law import Setting
+from sim.robot.drives import Drives
+from sim.robot.parameters import Robot
+from sim.rtl.asip_bus import CSR
+from sim.rtl.gen.drive_regmap import REGMAP
 
 ROBOT, DRIVES = Robot.load(), Drives.load()
 SETTING, PLANT = Setting(ROBOT.resolution), Plant(ROBOT, DRIVES)

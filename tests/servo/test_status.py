@@ -8,13 +8,13 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 
-from sim.harness.gen.drive_regmap import REGMAP
-from sim.model.records import SetPoints
-from sim.run import closed_loop
-from sim.run.controller import ControllerFault
-from sim.servo import response, start_up
-from sim.servo.path import Chain
-from sim.servo.status import told
+from sim.bench.drive import response, start_up
+from sim.bench.drive.path import Chain
+from sim.bench.drive.status import told
+from sim.core import closed_loop
+from sim.core.controller import ControllerFault
+from sim.robot.records import SetPoints
+from sim.rtl.gen.drive_regmap import REGMAP
 
 NONE = dict.fromkeys(REGMAP.registers["STATUS"].fields, 0)
 

@@ -22,7 +22,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from unittest.mock import patch
 
-from sim.harness import build
+from sim.rtl import build
 from tests.bench.faults import write_if_changed
 from tests.silicon.lockstep import Outcome, output_bits, still_bits
 from tests.silicon.netlist import (

@@ -14,10 +14,10 @@ import cocotb
 
 from sim.cocotb.asip import Asip
 from sim.cocotb.clocked import word
-from sim.iss.core import Iss
-from sim.iss.path import preset
-from sim.model.parameters import Robot
-from sim.model.records import COUNTS, SET_POINTS
+from sim.core.iss.core import Iss
+from sim.core.iss.path import preset
+from sim.robot.parameters import Robot
+from sim.robot.records import COUNTS, SET_POINTS
 from tests.asip.tracking_path import reversing_path
 from tests.bench.seed import SEED
 from tests.silicon.ticks import PROGRAMS, ROOT

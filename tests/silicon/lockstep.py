@@ -8,9 +8,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from sim.harness.build import build_library
-from sim.harness.sources import sources_of
-from sim.harness.waves import load_model
+from sim.rtl.build import build_library
+from sim.rtl.sources import sources_of
+from sim.rtl.waves import load_model
 from tests.bench.faults import write_if_changed
 from tests.silicon.netlist import BUILD, MODEL_FLAGS, ROOT, Netlist, make_netlist
 
@@ -102,7 +102,7 @@ def run(
         [*sources_of(top), *netlist.sources, text],
         HARNESS,
         defines={"SYNTHESIS": ""},
-        harness_flags=(f"-DMODEL=Vlockstep_{top}", f"-I{ROOT / 'sim/harness'}"),
+        harness_flags=(f"-DMODEL=Vlockstep_{top}", f"-I{ROOT / 'sim/rtl'}"),
         model_flags=MODEL_FLAGS,
     )
     lib = load_model(library)

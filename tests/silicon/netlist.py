@@ -21,11 +21,11 @@ from pathlib import Path
 from unittest.mock import patch
 
 from scripts import plain_verilog
-from sim.harness import build
-from sim.harness.plain_verilog import PlainError, literal, write_plain
-from sim.harness.runtime import only_one
-from sim.harness.sources import sources_of
-from sim.harness.wasm import run_tool
+from sim.rtl import build
+from sim.rtl.plain_verilog import PlainError, literal, write_plain
+from sim.rtl.runtime import only_one
+from sim.rtl.sources import sources_of
+from sim.rtl.wasm import run_tool
 
 ROOT = Path(__file__).resolve().parents[2]
 BUILD = ROOT / "build/netlists"

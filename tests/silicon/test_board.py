@@ -15,17 +15,17 @@ import pytest
 
 from asip_asm.regmap import REGISTER_BLOCK
 from scripts.bitstream import BOARDS, main, timing_met
-from sim.board.model import BOARDS as MODELS
-from sim.board.model import BoardRtl
-from sim.board.serial_device import serving
 from sim.debug.client import Client
 from sim.debug.gen.debug_regmap import REGMAP as DEBUG
 from sim.debug.link import SerialLink
 from sim.debug.packets import Packet, Type, write_body
 from sim.debug.state import REGISTER
-from sim.harness.gen.encoder_regmap import REGMAP as ENCODER
-from sim.harness.gen.motion_regmap import REGMAP as MOTION
-from sim.harness.phase_record import DIRECTION, FIRST, FRACTION, LAST, UNITS_PER_HZ, Record
+from sim.rtl.board.model import BOARDS as MODELS
+from sim.rtl.board.model import BoardRtl
+from sim.rtl.board.serial_device import serving
+from sim.rtl.gen.encoder_regmap import REGMAP as ENCODER
+from sim.rtl.gen.motion_regmap import REGMAP as MOTION
+from sim.rtl.phase_record import DIRECTION, FIRST, FRACTION, LAST, UNITS_PER_HZ, Record
 
 ROOT = Path(__file__).resolve().parents[2]
 LEG = ROOT / "tests/debugger/leg.s"
@@ -97,8 +97,8 @@ def runs_as_the_core(board: BoardRtl) -> None:
     """A program over the serial port gives bits and cycles of the core."""
     program = (LEG, "--config", "small", "--state", "last=0.02", "--ticks", 2, *INPUTS)
     with serving(board) as path:
-        there = command("sim.asip_run", *program, "--port", path)
-    here = command("sim.asip_run", *program, "--rtl")
+        there = command("sim.debug.asip_run", *program, "--port", path)
+    here = command("sim.debug.asip_run", *program, "--rtl")
     assert here.returncode == 0, here.stderr
     assert "cycles" in here.stdout and " F " in here.stdout
     assert (there.returncode, there.stdout) == (0, here.stdout), there.stderr
@@ -110,14 +110,16 @@ def test_asip_run__over_the_serial_port__gives_bits_and_cycles_of_the_core(board
 
 def test_asip_run__program_for_another_configuration__is_refused_with_the_cure(board):
     with serving(board) as path:
-        done = command("sim.asip_run", LEG, "--config", "fast", "--port", path, *INPUTS)
+        done = command("sim.debug.asip_run", LEG, "--config", "fast", "--port", path, *INPUTS)
     assert done.returncode == 1
     assert "assemble it with --config small" in done.stderr
 
 
 def test_asip_run__fault_on_the_board__is_told_with_its_line(board):
     with serving(board) as path:
-        done = command("sim.asip_run", LEG, "--config", "small", "--port", path, "--max-cycles=20")
+        done = command(
+            "sim.debug.asip_run", LEG, "--config", "small", "--port", path, "--max-cycles=20"
+        )
     assert done.returncode == 1
     assert "WATCHDOG" in done.stderr and "leg.s:" in done.stderr
 
@@ -125,18 +127,20 @@ def test_asip_run__fault_on_the_board__is_told_with_its_line(board):
 def test_asip_dbg__over_the_serial_port__stops_at_an_equation(board):
     words = ("-ex", "break (30)", "-ex", "run", "-ex", "print e", "-ex", "continue", "--batch")
     with serving(board) as path:
-        done = command("sim.debugger", LEG, "--config", "small", "--port", path, *INPUTS, *words)
+        done = command(
+            "sim.debug.asip_dbg", LEG, "--config", "small", "--port", path, *INPUTS, *words
+        )
     assert done.returncode == 0, done.stderr
     assert "e = 0.00825" in done.stdout
 
 
 def test_asip_dbg__port_beside_another_place__is_refused(tmp_path):
-    done = command("sim.debugger", LEG, "--iss", "--port", "/dev/ttyUSB0")
+    done = command("sim.debug.asip_dbg", LEG, "--iss", "--port", "/dev/ttyUSB0")
     assert done.returncode == 2 and "place of its own" in done.stderr
 
 
 def test_asip_run__no_such_port__says_where_devices_are():
-    done = command("sim.asip_run", LEG, "--config", "small", "--port", "/dev/ttyNone")
+    done = command("sim.debug.asip_run", LEG, "--config", "small", "--port", "/dev/ttyNone")
     assert done.returncode == 1 and "ls /dev/ttyUSB*" in done.stderr
 
 

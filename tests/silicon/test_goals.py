@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from scripts import silicon
-from sim.goals import at_least
+from sim.report.goals import at_least
 from tests.silicon import ticks
 from tests.silicon.netlist import NetlistError
 

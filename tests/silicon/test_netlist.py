@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from scripts.silicon import AT_WORK, BLOCKS, PROVED, TICKS, UNITS, netlist_run
-from sim.harness.build import BuildError
-from sim.harness.motion_rtl import MotionRtl
+from sim.rtl.build import BuildError
+from sim.rtl.motion_rtl import MotionRtl
 from tests.bench.faults import Fault, copy
 from tests.bench.needs import needs
 from tests.silicon import beside, lockstep, ticks

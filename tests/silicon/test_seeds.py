@@ -9,7 +9,7 @@ import pytest
 
 from scripts import synth_unit
 from scripts.synth_unit import Placement, SynthesisError
-from sim.fpbench import campaign
+from sim.core.fpbench import campaign
 
 
 @pytest.fixture

@@ -2,7 +2,7 @@
 """Whole ticks of the tracking programs on the core's netlist beside its RTL, shard by shard.
 
 A shard begins with the program loaded anew and its part of the path, so shards are tasks of the
-campaign runner (sim/fpbench/campaign.py): what is done is kept, a stopped comparison goes on.
+campaign runner (sim/core/fpbench/campaign.py): what is done is kept, a stopped comparison goes on.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ import numpy as np
 from asip_asm.assemble import assemble
 from asip_asm.image import Image
 from asip_asm.isa import default_isa
-from sim.core_backends import is_register
-from sim.harness.asip_bus import register_address
-from sim.harness.asip_rtl import HARNESS, AsipRtl
-from sim.model.parameters import Robot
-from sim.model.records import COUNTS, SET_POINTS
+from sim.core.backends import is_register
+from sim.robot.parameters import Robot
+from sim.robot.records import COUNTS, SET_POINTS
+from sim.rtl.asip_bus import register_address
+from sim.rtl.asip_rtl import HARNESS, AsipRtl
 from tests.asip.tracking_path import reversing_path
 from tests.silicon.netlist import BUILD, ROOT, Netlist, library_of, make_netlist, make_plain
 

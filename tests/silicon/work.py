@@ -10,23 +10,23 @@ from pathlib import Path
 
 import pytest
 
-from sim.board.model import BOARDS, BoardRtl
-from sim.custom_table import load as custom_instructions
-from sim.ethercat.datagram import APRD, APWR, single
-from sim.ethercat.device import DeviceRtl
-from sim.ethercat.gen import esc_regmap
-from sim.ethercat.line import Line
-from sim.harness.asip_rtl import HARNESS, AsipRtl
-from sim.harness.build import build_library
-from sim.harness.nios_map import default_system_map
-from sim.harness.nios_rtl import PLATFORMS
-from sim.harness.sources import sources_of
-from sim.model import float32
-from sim.model.parameters import Robot
-from sim.model.records import COUNTS, SET_POINTS
-from sim.motion import show_path
-from sim.motion.step_stream import Steps
-from sim.run.nios import NiosController, torque_limit
+from sim.bench.motion import show_path
+from sim.bench.motion.step_stream import Steps
+from sim.bench.run.nios import NiosController, torque_limit
+from sim.bus.datagram import APRD, APWR, single
+from sim.bus.device import DeviceRtl
+from sim.bus.gen import esc_regmap
+from sim.bus.line import Line
+from sim.robot import float32
+from sim.robot.parameters import Robot
+from sim.robot.records import COUNTS, SET_POINTS
+from sim.rtl.asip_rtl import HARNESS, AsipRtl
+from sim.rtl.board.model import BOARDS, BoardRtl
+from sim.rtl.build import build_library
+from sim.rtl.custom_table import load as custom_instructions
+from sim.rtl.nios_map import default_system_map
+from sim.rtl.nios_rtl import PLATFORMS
+from sim.rtl.sources import sources_of
 from tests.asip.tracking_path import reversing_path
 from tests.bench.seed import SEED
 from tests.ethercat.test_frames import run_chains

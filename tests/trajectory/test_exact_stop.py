@@ -10,12 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sim.gcode.interpreter import parse, parse_file
-from sim.model.parameters import Robot
-from sim.path.curves import Arc, RateLimits, to_si
-from sim.path.moves import Motion
-from sim.trajectory.__main__ import main
-from sim.trajectory.exact_stop import (
+from sim.motion.gcode.interpreter import parse, parse_file
+from sim.motion.geometry.curves import Arc, RateLimits, to_si
+from sim.motion.geometry.moves import Motion
+from sim.motion.trajectory.__main__ import main
+from sim.motion.trajectory.exact_stop import (
     GRID,
     MotionSettings,
     TooLongError,
@@ -25,6 +24,7 @@ from sim.trajectory.exact_stop import (
     generate,
     on_number_grid,
 )
+from sim.robot.parameters import Robot
 
 PATHS = Path(__file__).parents[2] / "sim" / "paths"
 FEED = 2 / 60  # m/s
@@ -392,7 +392,7 @@ def test_command__program_with_a_mistake__shows_it_and_fails(tmp_path, capsys):
 def test_command__missing_file__says_so_and_fails(tmp_path, capsys):
     assert main([str(tmp_path / "none.ngc")]) == 1
     told = f"error: {tmp_path / 'none.ngc'}: No such file or directory\n"
-    assert capsys.readouterr().err == f"python -m sim.trajectory: {told}"
+    assert capsys.readouterr().err == f"python -m sim.motion.trajectory: {told}"
 
 
 @pytest.mark.parametrize(

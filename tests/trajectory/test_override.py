@@ -8,16 +8,16 @@ import re
 
 import pytest
 
-from sim.dual.__main__ import main as dual
-from sim.gcode import oracle
-from sim.gcode.interpreter import parse
-from sim.lookahead.__main__ import main as lookahead
-from sim.lookahead.limits import MachineLimits
-from sim.model.parameters import Robot
-from sim.path.override import overridden, overridden_program
-from sim.run.__main__ import main as run
-from sim.trajectory.__main__ import main as trajectory
-from sim.trajectory.program import plan
+from sim.bench.dual.__main__ import main as dual
+from sim.bench.run.__main__ import main as run
+from sim.motion.gcode import oracle
+from sim.motion.gcode.interpreter import parse
+from sim.motion.geometry.override import overridden, overridden_program
+from sim.motion.lookahead.__main__ import main as lookahead
+from sim.motion.lookahead.limits import MachineLimits
+from sim.motion.trajectory.__main__ import main as trajectory
+from sim.motion.trajectory.program import plan
+from sim.robot.parameters import Robot
 from tests.bench.needs import needs
 from tests.gcode.mistakes import errors_of
 

@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sim.gcode.interpreter import parse, parse_file
-from sim.lookahead.limits import MachineLimits
-from sim.lookahead.planner import Lookahead
-from sim.lookahead.settings import LookaheadSettings
-from sim.model.parameters import Robot
-from sim.trajectory.exact_stop import TooLongError, generate, on_number_grid
-from sim.trajectory.path_limits import EXACT_STOP, FEED, limited_by
-from sim.trajectory.program import MOST_TICKS, REST_AT_START, plan
+from sim.motion.gcode.interpreter import parse, parse_file
+from sim.motion.lookahead.limits import MachineLimits
+from sim.motion.lookahead.planner import Lookahead
+from sim.motion.lookahead.settings import LookaheadSettings
+from sim.motion.trajectory.exact_stop import TooLongError, generate, on_number_grid
+from sim.motion.trajectory.path_limits import EXACT_STOP, FEED, limited_by
+from sim.motion.trajectory.program import MOST_TICKS, REST_AT_START, plan
+from sim.robot.parameters import Robot
 
 AGH = Path(__file__).parents[2] / "sim/paths/agh.ngc"
 ROBOT = Robot.load()

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `python -m sim.trajectory` prints: text as it is, tables whole, units with every number."""
+"""What `python -m sim.motion.trajectory` prints: text as it is, whole tables, a unit a number."""
 
 import os
 
 import pytest
 
-from sim.command import output
-from sim.lookahead.__main__ import main as lookahead
-from sim.trajectory.__main__ import main
+from sim.motion.command import output
+from sim.motion.lookahead.__main__ import main as lookahead
+from sim.motion.trajectory.__main__ import main
 
 LINE = "G1 X[#1] Y[#2 + 10] Z[600 + #1] A[ABS[#1] * 3] C12.345678 F1234.5678"
 
@@ -50,7 +50,7 @@ def test_motion__too_long_to_be_held__is_told_with_the_command_that_can(tmp_path
     assert main([str(file)]) == 1
     shown = capsys.readouterr().err
     assert "slow.ngc:1: error: the motion is too long to be held" in shown
-    assert "python -m sim.lookahead" in shown
+    assert "python -m sim.motion.lookahead" in shown
 
 
 @pytest.mark.parametrize(

@@ -20,8 +20,8 @@ from rich.console import Console
 
 from asip_asm.command import command, command_parser
 from asip_asm.project import ROOT
-from sim.fpbench import campaign as runner
-from sim.goals import as_json, missed, terminal_table
+from sim.core.fpbench import campaign as runner
+from sim.report.goals import as_json, missed, terminal_table
 from tests.upsets import area, campaign, report
 from tests.upsets.model import EFFECTS
 from tests.upsets.plan import SEED, SHARD, upset_of

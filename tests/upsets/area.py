@@ -16,8 +16,8 @@ from pathlib import Path
 
 from asip_asm.project import BUILD
 from scripts.synth_unit import _run, read_commands, units_kept
-from sim.harness.sources import sources_of
-from sim.motion.sizes import FLOWS
+from sim.bench.motion.sizes import FLOWS
+from sim.rtl.sources import sources_of
 
 RESULT = BUILD / "upsets/area.json"
 CORES = {

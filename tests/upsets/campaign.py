@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Shards of injections as tasks of the campaign runner (sim/fpbench/campaign.py)."""
+"""Shards of injections as tasks of the campaign runner (sim/core/fpbench/campaign.py)."""
 
 from __future__ import annotations
 

@@ -16,18 +16,18 @@ from asip_asm.assemble import assemble
 from asip_asm.image import Image
 from asip_asm.isa import default_isa
 from asip_asm.project import ROOT
-from sim.harness import build
-from sim.harness.asip_bus import BLOCK, CLEAR, CSR, START, STATUS, load_words, register_address
-from sim.harness.verilated import Verilated
-from sim.iss.path import preset
-from sim.model.parameters import Robot
-from sim.model.records import COUNTS, OUTPUTS, SET_POINTS
+from sim.core.iss.path import preset
+from sim.robot.parameters import Robot
+from sim.robot.records import COUNTS, OUTPUTS, SET_POINTS
+from sim.rtl import build
+from sim.rtl.asip_bus import BLOCK, CLEAR, CSR, START, STATUS, load_words, register_address
+from sim.rtl.verilated import Verilated
 from tests.asip.tracking_path import reversing_path
 from tests.silicon.netlist import library_of, make_netlist
 
 PROGRAM = ROOT / "asip_asm/programs/tracking_optimised.s"
-HARNESS = ROOT / "sim/harness/upset_harness.cpp"
-OPEN = ROOT / "sim/harness/registers.vlt"
+HARNESS = ROOT / "sim/rtl/upset_harness.cpp"
+OPEN = ROOT / "sim/rtl/registers.vlt"
 FLAGS = ("--flatten", "--vpi")
 TOP = "TOP.asip"
 TICKS, LATER = 64, 7

@@ -8,9 +8,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from asip_asm.project import BUILD, ROOT
-from sim.goals import Goal, as_json, at_most, depth, not_measured, write_goals
-from sim.page.marks import between_marks
-from sim.page.provenance import commit
+from sim.report.goals import Goal, as_json, at_most, depth, not_measured, write_goals
+from sim.report.marks import between_marks
+from sim.report.provenance import commit
 from tests.upsets.area import ORDERS
 from tests.upsets.campaign import WRONG
 from tests.upsets.model import EFFECTS, LATER, TICKS

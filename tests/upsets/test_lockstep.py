@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from asip_asm.isa import default_isa
-from sim.harness import build
-from sim.harness.asip_bus import FAULT_NAMES
-from sim.harness.asip_rtl import AsipRtl
-from sim.harness.sources import sources_of
+from sim.rtl import build
+from sim.rtl.asip_bus import FAULT_NAMES
+from sim.rtl.asip_rtl import AsipRtl
+from sim.rtl.sources import sources_of
 from tests.silicon.ticks import PROGRAMS, compared, inputs, program
 from tests.silicon.work import PairRtl
 from tests.upsets.model import EFFECTS, HARNESS, OPEN, UPSET, Model

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim.harness.asip_bus import FAULT_NAMES
+from sim.rtl.asip_bus import FAULT_NAMES
 from tests.bench.needs import needs
 from tests.silicon.netlist import make_netlist, place_of
 from tests.upsets import area, campaign, report

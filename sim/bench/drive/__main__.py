@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Measure the goals of the motor drives, to build/drive.json and build/drive.html.
+
+    python -m sim.bench.drive    what is simulated; `make drive` adds area, clock and proofs
+
+Exit status: 0 if no goal is missed, 1 if one is or the run stopped with an error, 2 wrong command
+line.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from rich.console import Console
+
+from asip_asm.command import command, script_parser
+from asip_asm.model.read import ModelError
+from asip_asm.project import BUILD
+from sim.bench.drive import page
+from sim.bench.drive.delays import delays
+from sim.bench.drive.goals import Rows, measure, measure_loops
+from sim.bench.drive.hardware import load
+from sim.bench.drive.position import SHOWN
+from sim.bench.drive.start_up import StartUpError
+from sim.core.controller import ControllerFault
+from sim.report.goals import as_json, missed, terminal_table, write_goals
+from sim.robot.drives import Drives
+from sim.robot.parameters import ROBOT_TOML, ParameterError, Robot
+
+More = Callable[[Robot, Drives, bool, Rows, Callable[[str], None]], dict]
+
+
+@command("python -m sim.bench.drive")
+def main(
+    argv: Sequence[str] | None = None,
+    prog: str = "python -m sim.bench.drive",
+    more: More = lambda robot, drives, full, rows, report: {},
+) -> int:
+    """Command line; more: adds further rows, and returns what else the file shall have."""
+    example = (
+        f"{prog} --robot my_robot.toml. Without --full the first 3 s of the A-G-H path and 0.2 s "
+        "of every clock, some minutes; with it the whole path and 2 s, an hour. What is simulated "
+        "at every clock is kept, so a full run that was stopped goes on."
+    )
+    parser = script_parser(__doc__, example, prog)
+    parser.add_argument("--robot", type=Path, default=ROBOT_TOML, help="parameter file")
+    parser.add_argument("--results", type=Path, default=BUILD / "drive.json", help="file written")
+    parser.add_argument(
+        "--loops", action="store_true", help="current loops and blocks alone, 4 minutes"
+    )
+    parser.add_argument("--full", action="store_true", help="whole path, 2 s of every clock")
+    options = parser.parse_args(argv)
+    console = Console()
+    try:
+        robot, drives = load(options.robot)
+        rows, shown = Rows(), None
+        if options.loops:
+            measure_loops(robot, drives, rows, console.print)
+        else:
+            shown = measure(robot, drives, options.full, rows, console.print)
+        further = more(robot, drives, options.full, rows, console.print)
+        late = delays(robot, drives)
+    except (ParameterError, ModelError, ControllerFault, StartUpError) as error:
+        text = str(error)
+        text = text if ": error: " in text else f"error: {text}"
+        console.print(text, style="red", markup=False, soft_wrap=True)
+        return 1
+    whole = options.full and options.robot.resolve() == ROBOT_TOML.resolve()
+    goals = as_json(rows)
+    document = {"delays": late, "whole": whole} | further
+    if shown is not None:
+        names = (page.NAMES[n] for n in SHOWN)
+        document["position_loops"] = dict(zip(names, shown.positions.bandwidth, strict=True))
+    write_goals(options.results, goals, **document)
+    view = terminal_table(goals)
+    console.print(view)
+    console.print(f"written: {options.results}")
+    if shown is not None:
+        drawn = options.results.with_suffix(".html")
+        page.write(drawn, view, shown)
+        console.print(f"written: {drawn}")
+    return int(bool(missed(goals)))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The start-up of the drives, and what a supervisor does with faults, through registers alone.
+
+Order: `configure` with the machine at rest, all gates off and brakes closed; `measure_offsets`
+without current; `align` against the closed brakes; `enable`, the current loops hold no force;
+`release` once the tracking law runs. `stop` is the state in which every fault ends: all gates off,
+all brakes closed, the link at rest; `recover` clears the faults, and a new start-up may begin.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.bench.drive.chain import ChainRtl, current_program, write_constants
+from sim.bench.drive.plant import AXES
+from sim.bench.drive.status import told
+from sim.laws.drive.clocks import CLOCK, HALF_PERIOD
+from sim.laws.drive.current_law import MAGIC, Setting
+from sim.robot.drives import Drives
+
+WINDOW = 700  # clock of a half period in which the currents' windows begin
+ALL = (1 << AXES) - 1
+RUN = {f"axis{n}": 2 for n in range(AXES)}  # fields of MODE
+DIRECTIONS = (0.0, np.pi, 0.5 * np.pi, 1.5 * np.pi)  # of the alignment's current vectors [rad]
+FAST_FULL_SCALE = 8**3 // 2  # of a fast value of current, windows of 2^CONFIG.fast_log2 bits
+OVERCURRENT = 1.3  # of the greatest i_max, trips
+SETTLE = 1e-3  # with the gates just on [s]
+LEAST_MOVE = 4  # counts of an axis that is aligned
+MOST_OFF = 0.15  # of its move
+FORCES = [f"force{n}" for n in range(AXES)]
+
+
+class StartUpError(RuntimeError):
+    """A step of the start-up did not do what it should; names the axis and what was found."""
+
+
+def dead_clocks(drives: Drives) -> int:
+    """DEAD_TIME.clocks."""
+    return round(drives.dead_time / CLOCK)
+
+
+def least_clocks(drives: Drives) -> int:
+    """PWM.minimum: a state that is ordered lasts for the dead time and until its switch
+    conducts."""
+    return dead_clocks(drives) + round(drives.delay_on / CLOCK)
+
+
+def trip_current(drives: Drives) -> float:
+    """Size of a phase current that trips any axis [A]: there is one register for all."""
+    return OVERCURRENT * max(motor.i_max for motor in drives.motors)
+
+
+def trip_size(drives: Drives) -> int:
+    """CURRENT_LIMIT.size."""
+    return round(FAST_FULL_SCALE * trip_current(drives) / drives.current_scale)
+
+
+def configure(system: ChainRtl, drives: Drives, setting: Setting, counts: Sequence[int]) -> None:
+    """Program and registers; counts: the machine's position [counts].
+
+    The bus voltage trips below 0.8 of what it should be, a current at `trip_current`. Parameters
+    must have passed `hardware.check`.
+    """
+    core = system.current
+    core.load(current_program(drives, setting).image)
+    system.front("PWM", half_period=setting.half, minimum=least_clocks(drives))
+    system.front("DEAD_TIME", clocks=dead_clocks(drives))
+    system.front("WINDOW", start=WINDOW)
+    system.front("CURRENT_LIMIT", size=trip_size(drives))
+    system.front("GUARD", bus=round(0.8 * drives.U_dc / setting.bus_scale), encoder=1)
+    for n in range(AXES):
+        system.front("ORIGIN", n, value=int(counts[n]) & 0xFFFFFFFF)
+    recover(system)
+
+
+def recover(system: ChainRtl) -> None:
+    """Clear what has tripped. Raises StartUpError if a cause is still there."""
+    system.current.clear()
+    system.front("CONTROL", clear=ALL, link=1)
+    system.clock(4)  # a cause acts on the trip for two clocks more
+    system.front("CONTROL", clear=ALL)
+    system.clock(4)
+    left = told(system.status())
+    if left:
+        raise StartUpError(f"a fault is still there, {left}")
+
+
+def stop(system: ChainRtl) -> None:
+    """All gates off, brakes closed, link at rest."""
+    system.front("MODE")
+    system.front("BRAKE")
+    system.front("LINK")
+
+
+def signed(system: ChainRtl, name: str, n: int) -> np.int32:
+    """A register of an axis that holds a signed number."""
+    return np.int32(np.uint32(system.read_front(name, n)))
+
+
+def sense(system: ChainRtl, windows: int) -> NDArray[np.float64]:
+    """Samples (windows, 5, 2) of the phase currents a and b [counts], a half period apart."""
+    found = np.zeros((windows, AXES, 2))
+    for row in found:
+        system.clock(HALF_PERIOD)
+        for n in range(AXES):
+            for k, name in enumerate(("CURRENT_A", "CURRENT_B")):
+                row[n, k] = signed(system, name, n)
+    return found
+
+
+def measure_offsets(system: ChainRtl, windows: int = 32) -> NDArray[np.float64]:
+    """Mean samples (5, 2) of the currents with all gates off [counts], written to the program."""
+    zeros = sense(system, windows).mean(axis=0)
+    write_zeros(system, zeros)
+    return zeros
+
+
+def write_zeros(system: ChainRtl, zeros: NDArray[np.float64]) -> None:
+    """Samples (5, 2) without current [counts], as `measure_offsets` finds them."""
+    values = {f"zero_{k}{n}": MAGIC + zeros[n, i] for n in range(AXES) for i, k in enumerate("ab")}
+    write_constants(system.current, system.current.image, values)
+
+
+def order(system: ChainRtl, forces: Sequence[float]) -> None:
+    """Orders of the host [N, N m], while LINK.orders is 0."""
+    core = system.current
+    for address, force in zip(core.input_addresses(FORCES), forces, strict=True):
+        core.write(address, int(np.float32(force).view(np.uint32)))
+
+
+def positions(system: ChainRtl) -> NDArray[np.int64]:
+    """POSITION of the axes."""
+    return np.array([signed(system, "POSITION", n) for n in range(AXES)], dtype=np.int64)
+
+
+def align(
+    system: ChainRtl,
+    drives: Drives,
+    setting: Setting,
+    share: float = 0.9,
+    dwell: float = 0.012,
+) -> NDArray[np.float64]:
+    """Electrical angles (5,) where the counters are 0 [rad], written to the program.
+
+    A current vector bends the closed brake of its axis by its force, which goes with the cosine of
+    the angle between vector and force. Sine and cosine of the angle are fitted to what the counts
+    say, with an offset for what else bends the brake. The vectors' `DIRECTIONS`, in a
+    square, leave out what the reluctance adds, and one behind its opposite is late in its size, not
+    in its angle. share: of i_max; dwell: for each [s], and without current at the end,
+    until the joint is at rest. Raises StartUpError if an axis does not answer, or not as a motor
+    does.
+    """
+    order(system, [0.0] * AXES)
+    system.front("LINK", enable=1)
+    system.front("MODE", **RUN)
+    system.clock(round(SETTLE / CLOCK))
+    rest = positions(system)
+    moved = np.zeros((len(DIRECTIONS), AXES))
+    forces = [share * m.i_max * m.force_per_ampere for m in drives.motors]
+    at = [
+        m.wave * q * int(n) for m, q, n in zip(drives.motors, setting.resolution, rest, strict=True)
+    ]
+    for row, direction in zip(moved, DIRECTIONS, strict=True):
+        write_angles(system, [direction - angle for angle in at])
+        order(system, forces)
+        system.clock(round(dwell / CLOCK))
+        row[:] = positions(system) - rest
+    order(system, [0.0] * AXES)
+    system.clock(round(max(4 * SETTLE, dwell) / CLOCK))
+    status = system.status()
+    if status["trip"]:
+        raise StartUpError(f"while the axes were aligned, {told(status)}")
+    angles, size, off = fitted_angles(DIRECTIONS, moved)
+    for n in range(AXES):
+        asked = f"axis {n + 1}, under {forces[n]:.0f} N or N m: moved by {size[n]:.1f} counts"
+        if size[n] < LEAST_MOVE:
+            raise StartUpError(f"{asked}; check motor, encoder and brake, or raise the share")
+        if off[n] > MOST_OFF * size[n]:
+            raise StartUpError(
+                f"{asked}, {off[n]:.1f} beside a sine; it was not at rest (dwell), or is blocked"
+            )
+    found = (angles - at + np.pi) % (2 * np.pi) - np.pi
+    write_angles(system, found)
+    return found
+
+
+def fitted_angles(
+    directions: Sequence[float], moved: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Of moves (n, axes): electrical angle [rad], amplitude, largest distance from the fit."""
+    basis = np.stack([np.cos(directions), np.sin(directions), np.ones(len(directions))], axis=1)
+    fit, *_ = np.linalg.lstsq(basis, moved, rcond=None)
+    off = np.abs(moved - basis @ fit).max(axis=0)
+    return np.arctan2(fit[1], fit[0]), np.hypot(fit[0], fit[1]), off
+
+
+def write_angles(system: ChainRtl, angles: Sequence[float]) -> None:
+    """Electrical angles where the counters are 0, known from a table instead of `align`."""
+    values = {f"angle{n}": float(angle) for n, angle in enumerate(angles)}
+    write_constants(system.current, system.current.image, values)
+
+
+def enable(system: ChainRtl) -> None:
+    """Currents follow the tracking processor's commands, 0 until its first run; brakes closed."""
+    system.front("MODE")
+    system.front("LINK")
+    system.clock(HALF_PERIOD)
+    system.current.preset(
+        {state.name: int(state.bits, 16) for state in system.current.image.states}
+    )
+    system.front("LINK", enable=1, orders=1)
+    system.clock(3 * HALF_PERIOD)  # the first run only sets sines and cosines
+    system.front("MODE", **RUN)
+
+
+def release(system: ChainRtl) -> None:
+    """Open the brakes. Raises StartUpError for an axis that has tripped."""
+    status = system.status()
+    if status["trip"]:
+        raise StartUpError(f"before the brakes opened, {told(status)}")
+    system.front("BRAKE", release=ALL)
+
+
+def supervise(
+    system: ChainRtl, desired: Sequence[float], resolution: Sequence[float], most: Sequence[float]
+) -> str:
+    """What a supervisor does now and then: '' while all is well, else what is wrong, and `stop`.
+
+    desired: joints of the tracking law [m, rad]; most: following error of each axis that is too
+    much. An axis that has tripped stops the others too.
+    """
+    wrong = told(system.status())
+    if wrong:
+        stop(system)
+        return wrong
+    origin = [signed(system, "ORIGIN", n) for n in range(AXES)]
+    for n, count in enumerate(positions(system) + origin):
+        error = desired[n] - count * resolution[n]
+        if abs(error) > most[n]:
+            stop(system)
+            return f"following error of axis {n + 1}: {error:.3g}"
+    return ""

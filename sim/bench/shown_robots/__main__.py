@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`make robots`: compile, prove and close the loop of every robot shown; table, JSON, one page."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from asip_asm.command import command_parser, count, duration, run_command
+from asip_asm.files import write_text
+from asip_asm.model.read import ModelError
+from sim.bench.shown_robots.core_goals import core_goals
+from sim.bench.shown_robots.job import SHOWN, Row, goals, run_robot
+from sim.bench.shown_robots.page import table, write_page
+from sim.core.api import CoreFault
+from sim.laws.elements import RobotError
+from sim.laws.prove_program import COUNT, SEED
+
+TABLE_WIDTH = 132
+REPORT = "shown_robots.json"
+EPILOG = """examples:
+  python -m sim.bench.shown_robots                 # all; build/shown_robots.json, build/robots.html
+  python -m sim.bench.shown_robots --only iiwa14,ur5 --seconds 0.5 --inputs 1000
+
+exit status: 0 every goal of the table is met, 1 one is not (a run with fewer inputs or a shorter
+motion than the goals name among them), 2 wrong command line
+"""
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command; returns its exit status."""
+    options = parse_arguments(arguments)
+    return run_command("robots", lambda: _robots(options))
+
+
+def _robots(options: argparse.Namespace) -> int:
+    names = options.only.split(",") if options.only else list(SHOWN)
+    unknown = [name for name in names if name not in SHOWN]
+    if unknown:
+        print(f"robots: error: no robot {', '.join(unknown)}; there are {', '.join(SHOWN)}")
+        return 2
+    options.output.mkdir(parents=True, exist_ok=True)
+    rows: list[Row] = []
+    start = time.monotonic()
+    for done, name in enumerate(names):
+        left = (time.monotonic() - start) / done * (len(names) - done) if done else 0.0
+        wait = f", about {left:.0f} s left" if done else ""
+        print(f"[{done + 1}/{len(names)}] {name}{wait}", file=sys.stderr, flush=True)
+        try:
+            row = run_robot(name, options.output, options.inputs, options.seconds, options.seed)
+        except (ModelError, RobotError, CoreFault) as error:
+            print(f"robots: error: {name}: {error}", file=sys.stderr)
+            return 1
+        rows.append(row)
+        # Written after each robot: a run that is stopped loses nothing.
+        found = goals(rows) + ([] if options.only else core_goals())
+        content = {"robots": {row.name: row.as_json() for row in rows}, "goals": found}
+        write_text(options.output / REPORT, json.dumps(content, indent=1) + "\n")
+    write_page(rows, found, options.output / "robots.html")
+    console = Console(width=TABLE_WIDTH)
+    console.print(table(rows))
+    for goal in found:
+        print(goal_text(goal))
+    print(f"{options.output / REPORT}, {options.output / 'robots.html'}")
+    return 0 if all(goal["met"] for goal in found) else 1
+
+
+def goal_text(goal: dict[str, Any]) -> str:
+    """Line of the table of goals."""
+    value = "-" if goal["value"] is None else f"{goal['value']:g}"
+    mark = "met" if goal["met"] else "NOT MET"
+    note = f" ({goal['note']})" if "note" in goal else ""
+    return f"{goal['name']}: {value} {goal['unit']}, goal {goal['target']:g}: {mark}{note}"
+
+
+def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
+    """Options of the command line; SystemExit(2) if they are wrong."""
+    parser = command_parser(
+        "python -m sim.bench.shown_robots", "Compile, prove and simulate the robots shown.", EPILOG
+    )
+    parser.add_argument("--only", metavar="NAMES", help=f"some of {', '.join(SHOWN)}")
+    parser.add_argument("--output", type=Path, default=Path("build"), help="folder to write")
+    parser.add_argument("--inputs", type=count, default=COUNT, help="inputs of each proof")
+    parser.add_argument("--seconds", type=duration, help="length of the motions")
+    parser.add_argument("--seed", type=int, default=SEED, help="seed of the proofs' inputs")
+    return parser.parse_args(arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

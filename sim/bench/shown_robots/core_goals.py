@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Goals of the core's area and clock, from what `make synth` measured, with the commit it measured.
+
+A row is not met where the figure is missing, or where a module of the core is not that of
+the commit any more, or where a clock is the median of fewer than five seeds.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from sim.bench.run.tables import synthesised
+from sim.report.provenance import unchanged_since
+from sim.rtl.build import file_list
+
+ROWS = (
+    # top, name, field, unit, target, what is met
+    ("asip_fast", "core fast, logic", "aluts", "ALUTs", 12_010, operator.le),
+    ("asip_fast", "core fast, registers", "registers", "registers", 7_489, operator.le),
+    ("asip_fast", "core fast, multipliers", "dsp_18x18", "elements", 8, operator.le),
+    ("asip_fast", "core fast, clock", "fmax_mhz", "MHz", 125, operator.ge),
+    ("asip_small", "core small, logic", "aluts", "ALUTs", 5_000, operator.le),
+    ("asip_small", "core small, clock", "fmax_mhz", "MHz", 102, operator.ge),
+)
+SEEDS = 5
+"""Runs of place and route that the median of a clock needs at least."""
+
+
+LISTS = {
+    **dict.fromkeys(("asip_fast", "asip_small"), "asip/asip.f"),
+    "n2_core": "nios/n2_core.f",
+    **dict.fromkeys(("fpga1", "fpga2"), "nios/n2_system.f"),
+}
+"""Top -> list of its files."""
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A measured figure of a core. value: None where nothing measured it. valid: it is of the core
+    as it is, and the median of enough seeds where it is a clock."""
+
+    value: float | None
+    valid: bool
+    commit: str
+    note: str
+
+
+def figure(document: Mapping[str, Any], top: str, field: str) -> Figure:
+    """A field of `make synth` of a top. document: of build/synth.json."""
+    figures = document.get("tops", {}).get(top, {})
+    value, commit = figures.get(field), figures.get("commit", "")
+    note, enough = f"measured at commit {commit}", True
+    if isinstance(value, Mapping):
+        runs = _runs(value)
+        value, enough = value.get("median"), runs >= SEEDS
+        if not enough:
+            note += f", with {runs} seeds of {SEEDS}"
+    if value is None:
+        return Figure(None, False, commit, "not measured; make synth measures it")
+    current = bool(commit) and unchanged_since(commit, _sources(top, figures))
+    if not current:
+        note += ", the core is another one now; make synth measures it"
+    return Figure(value, current and enough, commit, note)
+
+
+def core_goals(document: Mapping[str, Any] | None = None) -> list[dict[str, Any]]:
+    """Goals of build/shown_robots.json, with `commit` and `note`; value None: not measured.
+
+    document: of build/synth.json, None: as `make run` finds it.
+    """
+    document = synthesised() if document is None else document
+    found = []
+    for top, name, field, unit, target, meets in ROWS:
+        own = figure(document, top, field)
+        met = own.valid and meets(own.value, target)
+        found.append(
+            dict(
+                name=name,
+                value=own.value,
+                unit=unit,
+                target=target,
+                met=met,
+                commit=own.commit,
+                note=own.note,
+            )
+        )
+    return found
+
+
+def _sources(top: str, figures: Mapping[str, Any]) -> list[Path]:
+    """Files of the core's modules, all of its list where the figures do not name those: the divider
+    of one configuration is not in the other."""
+    modules = figures.get("modules")
+    files = file_list(LISTS[top])
+    if modules is None:
+        return files
+    return [file for file in files if file.stem in modules or file.stem.endswith("_pkg")]
+
+
+def _runs(clock: Mapping[str, Any]) -> int:
+    """Seeds of a clock: their number in docs/data/synthesis.json, each in build/synth.json."""
+    return clock["runs"] if "runs" in clock else len(clock.get("seeds", ()))

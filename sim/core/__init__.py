@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A core that runs a program: its models, faults, closed loop and host driver."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sim.core.api import Core, CoreError, CoreFault, Ticks
+
+__all__ = ["Core", "CoreError", "CoreFault", "Ticks"]
+
+
+def __getattr__(name: str) -> Any:
+    """The public names on first use: parts of this package do not load Verilator for them."""
+    if name not in __all__:
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    from sim.core import api
+
+    return getattr(api, name)

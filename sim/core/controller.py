@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A tracking program on the Verilated ASIP as a controller: one call per control tick or per batch.
+
+The program's interface is asip_asm/programs/tracking.interface.toml: 15 set-points and five
+encoder counts in, five forces and torques out, the desired joint motion exported. Words are
+exchanged as raw binary32.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from asip_asm.image import Image
+from sim.core.api import Core, CoreError, CoreFault
+from sim.core.fault import fault_text
+from sim.robot.parameters import Robot
+from sim.robot.records import COUNTS, EXPORT_OF_ROW, MEASURED_STATES, OUTPUTS, SET_POINTS
+from sim.robot.tracking import Tracking
+from sim.rtl.asip_bus import FAULT_NAMES, STATUS, register_address
+from sim.rtl.asip_rtl import AsipError
+
+# Rows of table 3 that the programs export, with the name there, and those that are set-points of
+# the table, (18)-(20).
+EXPORTED = {row: name for row, name in EXPORT_OF_ROW.items() if name not in SET_POINTS}
+PASSED_ON = {row: name for row, name in EXPORT_OF_ROW.items() if name in SET_POINTS}
+
+
+@dataclass(frozen=True)
+class Ticks:
+    """Results of N ticks: outputs (N, 5) and exported rows (N, 9) as binary32, cycles (N,)."""
+
+    outputs: NDArray[np.float32]
+    exported: NDArray[np.float32]
+    cycles: NDArray[np.uint32]
+
+
+class ControllerFault(RuntimeError):
+    """The core stopped in a fault; names the tick and the cause."""
+
+
+class AsipController:
+    """One core with one tracking program. Ticks are counted from 0 for messages.
+
+    watched: states and exports that are read after every tick too, for `seen`.
+    """
+
+    def __init__(
+        self, image: Image, intermediates: bool = True, watched: Sequence[str] = ()
+    ) -> None:
+        self.image = image
+        self._program = Core(image)
+        self._exports = tuple(EXPORTED.values()) if intermediates else ()
+        self.core = self._program.backend.rtl
+        reads = self.core.output_addresses(OUTPUTS) + self.core.export_addresses(self._exports)
+        self._read = len(reads)
+        places = {entry.name: entry.register for entry in (*image.states, *image.exports)}
+        reads += [register_address(places[name]) for name in watched]
+        self._port = self.core.port(self.core.input_addresses([*SET_POINTS, *COUNTS]), reads)
+        self._words = self._port.data[0, : len(SET_POINTS)].view(np.float32)
+        self._counts = self._port.data[0, len(SET_POINTS) :].view(np.int32)
+        self._results = self._port.words.view(np.float32)
+
+    @property
+    def tick(self) -> int:
+        """Ticks so far, the priming one not among them."""
+        return self._program.ticks
+
+    def prime(self, words: Sequence[float], counts: Sequence[int]) -> None:
+        """Make the first measurement the last one, so that the first tick sees no speed.
+
+        Runs one tick, keeps what the program stored as its measurement, presets every other state.
+        """
+        self.step(words, counts)
+        self.core.preset(
+            {
+                state.name: int(state.bits, 16)
+                for state in self.image.states
+                if state.name not in MEASURED_STATES
+            }
+        )
+        self._program.ticks = 0
+
+    def step(self, words: Sequence[float], counts: Sequence[int]) -> Ticks:
+        """One tick: 15 set-points (rounded to binary32 here) and five counts."""
+        self._words[:] = words
+        self._counts[:] = counts
+        try:
+            self._port.run()
+        except AsipError as error:
+            raise ControllerFault(f"tick {self.tick}: {error}") from error
+        status = int(self._port.status[0])
+        if STATUS["fault"].of(status):
+            name = FAULT_NAMES[STATUS["cause"].of(status)]
+            raise ControllerFault(f"tick {self.tick}: the core stopped with fault {name}")
+        self._program.ticks += 1
+        values = self._results[:, : self._read].copy()
+        outputs, exported = values[:, : len(OUTPUTS)], values[:, len(OUTPUTS) :]
+        return Ticks(outputs, exported, self._port.cycles.copy())
+
+    @property
+    def seen(self) -> NDArray[np.float32]:
+        """After a tick, faulted or not: outputs, exported rows, what is watched."""
+        return self._results[0]
+
+    @property
+    def cycles(self) -> int:
+        """Clock cycles of the last tick."""
+        return int(self._port.cycles[0])
+
+    def fault_text(self) -> str:
+        """Cause, place and source lines of the fault that the core stands in."""
+        cause = FAULT_NAMES[STATUS["cause"].of(int(self._port.status[0]))]
+        return fault_text(self.image, self._program.backend.fault(cause))
+
+    def batch(self, words: NDArray[np.floating], counts: NDArray[np.integer]) -> Ticks:
+        """Consecutive ticks, words (N, 15) and counts (N, 5). Raises ControllerFault."""
+        inputs = dict(zip((*SET_POINTS, *COUNTS), (*words.T, *counts.T), strict=True))
+        try:
+            ticks = self._program.batch(inputs, self._exports)
+        except (AsipError, CoreError, CoreFault) as error:
+            raise ControllerFault(str(error)) from error
+        outputs = np.stack([ticks[name] for name in OUTPUTS], axis=1)
+        exported = [ticks[name] for name in self._exports]
+        return Ticks(outputs, np.array(exported, dtype=np.float32).T, ticks.cycles)
+
+
+class LawController:
+    """The computed-torque law in double precision, in the shape that the closed loop drives."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._law = Tracking(robot)
+
+    def prime(self, words: Sequence[float], counts: Sequence[int]) -> None:
+        """Nothing: the law takes its first measurement as the last one."""
+
+    def step(self, words: Sequence[float], counts: Sequence[int]) -> Ticks:
+        """One tick."""
+        return one_tick(self._law.step(words, counts).output)
+
+
+def one_tick(output: Iterable[float]) -> Ticks:
+    """Five forces and torques of a controller without a clock."""
+    return Ticks(np.array([tuple(output)]), np.empty((1, 0)), np.zeros(1, dtype=np.uint32))

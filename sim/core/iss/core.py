@@ -1,0 +1,380 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Instruction-set model: executes a program image bundle by bundle, without timing.
+
+Written from docs/assembly.md and `isa.toml`. All operations of a bundle read before any writes; a
+branch or halt takes effect after its bundle. Registers, data memory and outputs keep their values
+between runs. A fault ends the run: an illegal bundle does nothing, a bad data address stops its own
+bundle before any write, a value that is not finite stops the run at its bundle; the outputs then
+read as their safe values. The watchdog counts executed bundles, which is less than the cycles.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from asip_asm.image import Image
+from sim.core.iss import arithmetic, isa
+from sim.core.iss.arithmetic import SinCos, Word, bits_of, from_float, to_float, to_int, word
+from sim.core.iss.isa import Decoded, Fault, IllegalOperation
+
+TABLE_1 = ("add_sub", "mul", "div", "sqrt", "sin", "float_int", "sat")
+"""Classes of table 1; a fused multiply-add counts as one multiplication and one addition."""
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """One run: outputs by name as floats and bits, flags {nv, dz, of, uf, nx}, fault and place.
+
+    counts: executed operations per mnemonic; bundles: number of bundles executed; writes: with
+    tracing, the bits written per register or output ('a3', 'o0') in order.
+    """
+
+    outputs: dict[str, float]
+    output_bits: dict[str, int]
+    flags: int
+    fault: Fault
+    fault_bundle: int | None
+    counts: Counter[str]
+    bundles: int
+    writes: dict[str, list[int]] = field(default_factory=dict)
+
+    @property
+    def table1(self) -> dict[str, int]:
+        """Executed operations per class of table 1."""
+        total = dict.fromkeys(TABLE_1, 0)
+        for mnemonic, executed in self.counts.items():
+            for name, each in isa.ISA.operations[mnemonic].counts.items():
+                total[name] += executed * each
+        return total
+
+
+class RunFault(Exception):
+    """A fault ends the run."""
+
+    def __init__(self, fault: Fault) -> None:
+        super().__init__(fault)
+        self.fault = fault
+
+
+@dataclass
+class _Step:
+    """A decoded bundle: values to compute, then where they go, then where the run goes on.
+
+    `quick` does all of a bundle that only computes registers, None for any other and for tracing.
+    """
+
+    compute: list[Callable[[], Any]]
+    destinations: list[int]  # operand codes, aligned with compute
+    outputs: list[tuple[Callable[[], Word], int]]
+    stores: list[tuple[Callable[[], int], int]]  # address, operand code of the word
+    branch: Callable[[], int | None] | None
+    halt: bool
+    counts: Counter[str]
+    quick: Callable[[], None] | None = None
+
+
+class Iss:
+    """A loaded program image, given as such or as its JSON data.
+
+    sincos replaces the correctly rounded sine and cosine; trace records every write of a run.
+    Raises ImageError for what is no image, KeyError for unknown names.
+    """
+
+    def __init__(
+        self,
+        image: Image | Mapping[str, Any],
+        sincos: SinCos = arithmetic.sincos_rounded,
+        trace: bool = False,
+    ) -> None:
+        if isinstance(image, Image):
+            image.check()
+        else:
+            image = Image.from_json(image)
+        self.image = image
+        self._trace = trace
+        self._operations = arithmetic.operations(sincos)
+        self._registers: list[Word] = [arithmetic.ZERO] * (6 * isa.BANK_WORDS)
+        self._data: list[Word] = [arithmetic.ZERO] * isa.DATA_WORDS
+        self._outputs = [arithmetic.ZERO] * isa.OUTPUTS
+        self._words = [int(text, 16) for text in image.bundles]
+        self._steps: list[_Step | None] = [None] * len(self._words)
+        self._counted: tuple[tuple[int, ...], Counter[str]] = ((), Counter())
+        for constant in image.constants:
+            self._registers[isa.K_BASE + constant.index] = word(int(constant.bits, 16))
+        self.select(image)
+        self.set_outputs_safe()
+        self.reset()
+
+    def select(self, image: Image) -> None:
+        """Go on with another function of the image loaded (`Image.function`), by its names."""
+        self.image = image
+        self._places: dict[str, tuple[int, str]] = {}
+        for entry in (*image.constants, *image.inputs):
+            self._places[entry.name] = (isa.K_BASE + entry.index, entry.type)
+        for state in image.states:
+            self._places[state.name] = (isa.register_code(state.register), state.type)
+        for export in image.exports:
+            self._places.setdefault(export.name, (isa.register_code(export.register), "float"))
+        self._inputs = {entry.name for entry in image.inputs}
+        self._safe = {entry.index: word(int(entry.safe, 16)) for entry in image.outputs}
+        self._outputs_named = {entry.name: entry.index for entry in image.outputs}
+
+    def reset(self) -> None:
+        """States and data memory to their initial values."""
+        for state in self.image.states:
+            self._registers[self._places[state.name][0]] = word(int(state.bits, 16))
+        for address, bits in enumerate(self.image.data):
+            self._data[address] = word(int(bits, 16))
+
+    def _write(self, name: str, value: float) -> None:
+        code, kind = self._places[name]
+        self._registers[code] = word(int(value)) if kind == "int" else from_float(float(value))
+
+    def set_inputs(self, values: Mapping[str, float]) -> None:
+        """Write inputs, floats rounded to binary32. KeyError for another name."""
+        for name, value in values.items():
+            if name not in self._inputs:
+                raise KeyError(f"{name}: the program has no such input")
+            self._write(name, value)
+
+    def set_state(self, values: Mapping[str, float]) -> None:
+        """Preset state registers. KeyError for another name."""
+        known = {state.name for state in self.image.states}
+        for name, value in values.items():
+            if name not in known:
+                raise KeyError(f"{name}: the program has no such state")
+            self._write(name, value)
+
+    def set_words(self, words: Mapping[str, int]) -> None:
+        """Write inputs or preset states as raw 32-bit words. KeyError for another name."""
+        known = self._inputs | {state.name for state in self.image.states}
+        for name, bits in words.items():
+            if name not in known:
+                raise KeyError(f"{name}: the program has no such input or state")
+            self._registers[self._places[name][0]] = word(bits)
+
+    @property
+    def state(self) -> dict[str, float | int]:
+        """States by name, as floats or integers by their type."""
+        return {state.name: self.read(state.name) for state in self.image.states}
+
+    def read(self, name: str) -> float | int:
+        """Value of an export, state, input or constant by its type, or of a register as a float."""
+        code, kind = self._places.get(name) or (isa.register_code(name), "float")
+        value = self._registers[code]
+        return to_int(value) if kind == "int" else to_float(value)
+
+    def read_bits(self, name: str) -> int:
+        """Bits of what `read` names."""
+        code, _ = self._places.get(name) or (isa.register_code(name), "float")
+        return bits_of(self._registers[code])
+
+    def read_data(self, address: int) -> int:
+        """Bits of a word of data memory."""
+        return bits_of(self._data[address])
+
+    def read_place(self, place: str) -> int:
+        """Bits of a register ('a3', 'k7'), an output ('o0') or a data word ('d12'). KeyError."""
+        words, index = self._words_of(place)
+        return bits_of(words[index])
+
+    def write_place(self, place: str, bits: int) -> None:
+        """Inverse of `read_place`."""
+        words, index = self._words_of(place)
+        words[index] = word(bits)
+
+    def _words_of(self, place: str) -> tuple[list[Word], int]:
+        for letter, words in (("o", self._outputs), ("d", self._data)):
+            if place[:1] == letter and place[1:].isdecimal() and int(place[1:]) < len(words):
+                return words, int(place[1:])
+        return self._registers, isa.register_code(place)
+
+    # ------------------------------------------------------------------ decoding into closures
+
+    def _value(self, op: Decoded) -> Callable[[], Word]:
+        registers, data = self._registers, self._data
+        if op.mnemonic == "ld":
+            address = self._address(op, op.sources[0])
+            return lambda: data[address()]
+        function = self._operations[op.mnemonic]
+        if len(op.sources) == 3:
+            a, b, c = op.sources
+            return lambda: function(registers[a], registers[b], registers[c])
+        if len(op.sources) == 2:
+            a, b = op.sources
+            return lambda: function(registers[a], registers[b])
+        (a,) = op.sources
+        return lambda: function(registers[a])
+
+    def _address(self, op: Decoded, index: int) -> Callable[[], int]:
+        registers, offset = self._registers, op.imm
+
+        def address() -> int:
+            result = to_int(registers[index]) + offset
+            if not 0 <= result < isa.DATA_WORDS:
+                raise RunFault(Fault.ADDRESS)
+            return result
+
+        return address
+
+    def _branch(self, op: Decoded) -> Callable[[], int | None]:
+        registers, target = self._registers, op.imm
+        if op.mnemonic == "jmp":
+            return lambda: target
+        (a,) = op.sources
+        taken_if_zero = op.mnemonic == "bz"
+
+        def branch() -> int | None:
+            zero = bits_of(registers[a]) & 0x7FFF_FFFF == 0
+            return target if zero == taken_if_zero else None
+
+        return branch
+
+    def _decode(self, bundle: int) -> _Step:
+        configuration = self.image.configuration
+        operations, halt = isa.decode_bundle(self._words[bundle], configuration)
+        step = _Step([], [], [], [], None, halt, Counter())
+        for op in operations:
+            if op is None:
+                continue
+            step.counts[op.mnemonic] += 1
+            if op.mnemonic in isa.ISA.branches:
+                step.branch = self._branch(op)
+            elif op.mnemonic == "st":
+                step.stores.append((self._address(op, op.sources[1]), op.sources[0]))
+            elif op.output is not None:
+                step.outputs.append((self._value(op), op.output))
+            else:
+                step.compute.append(self._value(op))
+                step.destinations.append(op.dst)
+        only_computes = not (step.outputs or step.stores or step.branch or halt or self._trace)
+        loads = any(op is not None and op.mnemonic == "ld" for op in operations)
+        if step.compute and only_computes and not loads:
+            step.quick = self._compile([op for op in operations if op is not None])
+        return step
+
+    def _compile(self, operations: list[Decoded]) -> Callable[[], None]:
+        """One Python function for a bundle of register operations: all reads, then all writes."""
+        names: dict[str, Any] = {"r": self._registers}
+        targets, values = [], []
+        for i, op in enumerate(operations):
+            names[f"f{i}"] = self._operations[op.mnemonic]
+            targets.append(f"r[{op.dst}]")
+            values.append(f"f{i}({', '.join(f'r[{code}]' for code in op.sources)})")
+        text = f"def quick():\n    {', '.join(targets)} = {', '.join(values)}\n"
+        exec(text, names)  # the text holds nothing but register codes
+        return names["quick"]
+
+    # ------------------------------------------------------------------ execution
+
+    def run(self) -> RunResult:
+        """Execute one run from the entry to halt or fault."""
+        executed = [0] * len(self._words)
+        writes: dict[str, list[int]] = {}
+        written: set[int] = set()
+        fault, place = Fault.NONE, None
+        position: int | None = self.image.entry
+        bundles = 0
+        with arithmetic.environment():
+            try:
+                while position is not None:
+                    place = position
+                    if position >= len(self._words):
+                        raise self._outside(position)
+                    if bundles >= self.image.watchdog:
+                        raise RunFault(Fault.WATCHDOG)
+                    step = self._steps[position] or self.decoded(position)
+                    executed[position] += 1
+                    bundles += 1
+                    if step.quick:
+                        step.quick()
+                        position += 1
+                        continue
+                    position = self.execute(step, position, written, writes)
+                if self.misses_outputs(written):
+                    raise RunFault(Fault.OUTPUT_MISSING)
+                place = None
+            except IllegalOperation:
+                fault = Fault.ILLEGAL
+            except RunFault as stop:
+                fault = stop.fault
+            flags = arithmetic.flags()
+        if fault is not Fault.NONE:
+            self.set_outputs_safe()
+        named = {name: self._outputs[index] for name, index in self._outputs_named.items()}
+        return RunResult(
+            outputs={name: to_float(value) for name, value in named.items()},
+            output_bits={name: bits_of(value) for name, value in named.items()},
+            flags=flags,
+            fault=fault,
+            fault_bundle=place,
+            counts=self._count(tuple(executed)),
+            bundles=bundles,
+            writes=writes,
+        )
+
+    def _count(self, executed: tuple[int, ...]) -> Counter[str]:
+        """Operations per mnemonic; the result for the last pattern of executed bundles is kept."""
+        if executed != self._counted[0]:
+            counts: Counter[str] = Counter()
+            for step, times in zip(self._steps, executed, strict=True):
+                if times:
+                    for mnemonic, each in step.counts.items():
+                        counts[mnemonic] += each * times
+            self._counted = executed, counts
+        return self._counted[1].copy()
+
+    def _outside(self, position: int) -> RunFault:
+        """Fault of a bundle behind the program; empty program memory reads as zero."""
+        return RunFault(Fault.ADDRESS if position >= isa.PROGRAM_BUNDLES else Fault.ILLEGAL)
+
+    def misses_outputs(self, written: set[int]) -> bool:
+        """Whether a run that wrote these outputs has left one of the mask out."""
+        return bool(self.image.output_mask & ~sum(1 << index for index in written))
+
+    def set_outputs_safe(self) -> None:
+        """What the host reads after a fault."""
+        for index, safe in self._safe.items():
+            self._outputs[index] = safe
+
+    def decoded(self, position: int) -> _Step:
+        """The bundle at a position. Raises RunFault, IllegalOperation."""
+        if position >= len(self._words):
+            raise self._outside(position)
+        step = self._steps[position]
+        if step is None:
+            step = self._steps[position] = self._decode(position)
+        return step
+
+    def execute(
+        self, step: _Step, position: int, written: set[int], writes: dict[str, list[int]]
+    ) -> int | None:
+        """Do a bundle; adds the outputs to `written`, with tracing the bits to `writes`. The next
+        position, None behind the last bundle. Raises RunFault.
+        """
+        registers = self._registers
+        values = [compute() for compute in step.compute]
+        following = position + 1
+        if step.outputs or step.stores or step.branch:
+            outputs = [(compute(), index) for compute, index in step.outputs]
+            stores = [(address(), registers[code]) for address, code in step.stores]
+            if step.branch:
+                target = step.branch()
+                following = following if target is None else target
+            for address, value in stores:
+                self._data[address] = value
+            for value, index in outputs:
+                if self._trace:
+                    writes.setdefault(f"o{index}", []).append(bits_of(value))
+                if bits_of(value) >> 23 & 0xFF == 0xFF:
+                    raise RunFault(Fault.NOT_FINITE)
+                self._outputs[index] = value
+                written.add(index)
+        for code, value in zip(step.destinations, values, strict=True):
+            registers[code] = value
+            if self._trace:
+                writes.setdefault(isa.register_name(code), []).append(bits_of(value))
+        return None if step.halt else following

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One run of a program after another, with what `asip-run` shows of each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+
+from asip_asm.image import Image
+from sim.core.backends import BACKENDS, Backend, Observed
+from sim.core.fault import NO_FAULT
+from sim.debug.asip_run.inputs import UserError
+
+
+@dataclass(frozen=True)
+class Run:
+    """Result of one run: flags {nv, dz, of, uf, nx}, words by name, text of a fault."""
+
+    cause: str
+    text: str
+    flags: int
+    words: dict[str, int]
+    observed: Observed
+
+
+def limit_note(result: Run, own: int, cycles: int) -> str:
+    """What to add to the text of a fault where --max-cycles bounds the program's own watchdog."""
+    if result.cause != "WATCHDOG" or own <= cycles:
+        return ""
+    return f"\n  stopped by --max-cycles {cycles}; the program's own watchdog is {own}"
+
+
+@contextmanager
+def user_errors(*errors: type[Exception]) -> Iterator[None]:
+    """What a backend raises as an error of the user's."""
+    try:
+        yield
+    except errors as error:
+        raise UserError(str(error)) from None
+
+
+def make_backend(image: Image, place: str, trace: bool) -> tuple[Backend, tuple]:
+    """A backend with the program loaded, and what it raises.
+
+    place: 'rtl', 'iss' or the address of a serial port. Raises UserError.
+    """
+    # Each takes packages of its own, and a run only one.
+    if place == "rtl":
+        from sim.rtl.asip_rtl import AsipError
+        from sim.rtl.build import BuildError
+
+        errors: tuple[type[Exception], ...] = AsipError, BuildError
+    elif place == "iss":
+        errors = ()
+    else:
+        from sim.debug.backend import LinkBackend
+        from sim.debug.client import DebugError, connect
+        from sim.debug.link import LinkError
+        from sim.debug.packets import PacketError
+
+        errors = LinkError, DebugError, PacketError
+        with user_errors(*errors):
+            return LinkBackend(image, connect(place)), errors
+    with user_errors(*errors):
+        return BACKENDS[place](image, trace), errors
+
+
+class Runner:
+    """A loaded program at a place of `make_backend`. Raises UserError where none is."""
+
+    def __init__(self, image: Image, states: Mapping[str, int], place: str, trace: bool) -> None:
+        self._backend, self._errors = make_backend(image, place, trace)
+        with user_errors(*self._errors):
+            self._backend.preset(states)
+        self._places = {entry.name: entry.register for entry in (*image.exports, *image.states)}
+        self._constants = {f"k{entry.index}": int(entry.bits, 16) for entry in image.constants}
+        self._inputs = {f"k{entry.index}": entry.name for entry in image.inputs}
+
+    def run(self, inputs: Mapping[str, int], names: Sequence[str]) -> Run:
+        """Write inputs (words by name), run once and read `names`."""
+        # The host cannot read bank K: what stands there is known.
+        known = self._constants | {place: inputs[name] for place, name in self._inputs.items()}
+        held = {name: known.get(self._places.get(name, name)) for name in names}
+        read = [name for name, word in held.items() if word is None]
+        data = np.array([list(inputs.values())], dtype=np.uint32)
+        with user_errors(*self._errors):
+            self._backend.clear()
+            runs = self._backend.run(list(inputs), data, read)
+            observed = self._backend.observed()
+        words = held | dict(zip(read, runs.words[-1].tolist(), strict=True))
+        return Run(
+            cause=runs.fault.cause if runs.fault else NO_FAULT,
+            text=runs.text,
+            flags=int(runs.flags[-1]),
+            words={name: words[name] for name in names},
+            observed=observed,
+        )

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the command lines of this folder share."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from rich.console import Console
+
+from asip_asm.command import INTERRUPTED
+from sim.motion.geometry.override import AS_PROGRAMMED, MOST_PERCENT
+from sim.robot.parameter_uses import UNUSED
+from sim.robot.parameters import ROBOT_TOML
+
+WIDE = 1000  # columns where nobody looks at a terminal: nothing is wrapped or cut
+LEAST_WIDTH = 100  # of the tables on a terminal
+
+
+def output(stderr: bool = False) -> Console:
+    """Where a command prints: text as it is, [#1] too; not wrapped where it goes into a file."""
+    console = Console(stderr=stderr, markup=False, highlight=False)
+    console.width = max(console.width, LEAST_WIDTH) if console.is_terminal else WIDE
+    return console
+
+
+def add_robot_option(parser: argparse.ArgumentParser, command: str) -> None:
+    """--robot FILE, for `Robot.load(arguments.robot)`; command: a key of `UNUSED`."""
+    parser.add_argument(
+        "--robot",
+        type=Path,
+        default=ROBOT_TOML,
+        metavar="FILE",
+        help="parameters of robot and controller (sim/robot.toml); this command does not use "
+        + ", ".join(UNUSED[command]),
+    )
+
+
+def add_override_option(parser: argparse.ArgumentParser) -> None:
+    """--override PERCENT, of the feeds."""
+    parser.add_argument(
+        "--override",
+        type=_percent,
+        default=AS_PROGRAMMED,
+        metavar="PERCENT",
+        help=f"feed override, at most {MOST_PERCENT:g}: scales feeds, not rapids; M49 switches "
+        f"it off ({AS_PROGRAMMED:g})",
+    )
+
+
+def _percent(text: str) -> float:
+    try:
+        percent = float(text.removesuffix("%"))
+    except ValueError:
+        percent = math.nan
+    if not 0.0 < percent <= MOST_PERCENT:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is no percentage above 0 and up to {MOST_PERCENT:g}; "
+            f"{AS_PROGRAMMED:g} runs the feeds as programmed"
+        )
+    return percent
+
+
+def require_positive(option: str, value: float, unit: str) -> None:
+    """Raise ValueError naming the option, in its own unit, unless the value is in 0..inf."""
+    if not (value > 0.0 and math.isfinite(value)):
+        raise ValueError(f"{option} = {value:g} is outside its limit: > 0 {unit}".rstrip())
+
+
+def failed(program: str, error: ValueError) -> int:
+    """One line on standard error and the exit status of a command that could not do its work.
+
+    A message that names file and line stands alone, any other behind the program's name.
+    """
+    text = str(error)
+    sys.stderr.write(f"{text if ': error: ' in text else f'{program}: error: {text}'}\n")
+    return 1
+
+
+def interruptible(main: Callable[[], int]) -> int:
+    """Exit status of a command; one line in place of a traceback where the user stops it."""
+    try:
+        return main()
+    except KeyboardInterrupt:
+        sys.stderr.write("interrupted\n")
+        return INTERRUPTED

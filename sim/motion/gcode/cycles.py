@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Drilling cycles G81 G82 G83: LinuxCNC's sequence of moves, in all planes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from sim.motion.gcode.state import State
+from sim.motion.gcode.targets import add_polar
+from sim.motion.gcode.words import Word
+from sim.motion.geometry.moves import AXES, Motion, Pose
+
+# LinuxCNC's G83_RAPID_DELTA: the rapid back into the hole ends so far above its bottom.
+PECK_CLEARANCE_MM = 0.254
+
+MAX_STEPS = 99_000  # moves and rests of one block
+
+_LETTERS = AXES[:3]
+Step = tuple[Motion, Pose] | float
+"""A motion and its end in programmed coordinates, or a rest [s]."""
+
+
+def drill(state: State, values: dict[str, Word], at: Word) -> Iterator[Step]:
+    """Steps of a block with the cycle state.motion in force; none after a mistake.
+
+    values: words of the block by letter; at: word that mistakes of the whole block are told of.
+    Each step is taken from the end of the one before. Numbers are kept in state.sticky.
+    """
+    modes = state.modes
+    first, second = modes.plane.axes
+    axis = 3 - first - second
+    if not _accepted(state, values, axis, at):
+        return
+    retract, bottom = state.sticky["R"], state.sticky[_LETTERS[axis]]
+    if modes.incremental:
+        retract += state.initial_level  # of the whole series, as rs274
+        bottom += retract
+    if bottom > retract:
+        state.report(
+            values.get("R") or at,
+            "the retract plane is below the bottom of the hole",
+            f"R of at least {_LETTERS[axis]}",
+            "R is the height from which the feed begins",
+        )
+        return
+    if not _few_steps(state, values, retract - bottom, at):
+        return
+    place = list(state.programmed())
+    level = place[axis]
+    if level < retract:
+        level = place[axis] = retract
+        yield Motion.RAPID, tuple(place)
+    clear = retract
+    if not modes.retract_to_r:
+        clear = max(state.initial_level, retract)
+        place[axis] = max(level, clear)  # LinuxCNC: also the way to the hole is at that level
+    given = [(index, value) for index, value in state.axis_values(values) if index != axis]
+    repeats = values.get("L")
+    for _ in range(int(repeats.value) if repeats else 1):
+        for index, value in given:
+            place[index] = place[index] + value if modes.incremental else value
+        if "@" in values or "^" in values:
+            add_polar(state, values, place)
+        yield from _hole_steps(state, place, axis, (retract, bottom, clear))
+
+
+def _few_steps(state: State, values: dict[str, Word], depth: float, at: Word) -> bool:
+    """Whether the holes of a block have at most MAX_STEPS moves; depth [mm] of each."""
+    pecks = depth / state.sticky["Q"] if state.motion == "G83" else 0.0
+    repeats = values["L"].value if "L" in values else 1.0
+    if (3.0 + 3.0 * pecks) * repeats <= MAX_STEPS:
+        return True
+    word = values.get("Q") if pecks > repeats else values.get("L")
+    state.report(
+        word or at,
+        f"the block makes more than {MAX_STEPS} moves",
+        f"L times depth / Q of at most {MAX_STEPS // 3}",
+        "check L and Q, or divide the block",
+    )
+    return False
+
+
+def _accepted(state: State, values: dict[str, Word], axis: int, at: Word) -> bool:
+    """Whether the words of the block make a cycle; its numbers are then kept."""
+    cycle = state.motion
+    if state.modes.inverse_time:
+        state.report(at, f"{cycle} with G93", "feed per minute (G94)", "write G94 before")
+        return False
+    needed = (_LETTERS[axis], "R", *{"G82": "P", "G83": "Q"}.get(cycle, ""))
+    for letter in needed:
+        if letter in values:
+            scale = 1.0 if letter == "P" else state.modes.mm_per_unit
+            state.sticky[letter] = values[letter].value * scale
+        elif letter not in state.sticky:
+            state.report(
+                at,
+                f"{cycle} without {letter}",
+                f"{letter} in the first block of the cycle",
+                "write for instance G81 X10 Y10 Z-5 R2",
+            )
+            return False
+    repeats = values.get("L")
+    if repeats is not None and (repeats.value < 1 or not repeats.value.is_integer()):
+        state.report(repeats, "the number of repeats", "an integer of at least 1", "L3")
+        return False
+    if state.sticky.get("Q", 1.0) <= 0.0 or state.sticky.get("P", 0.0) < 0.0:
+        state.report(
+            values.get("Q") or values.get("P") or at,
+            "the number is too small for the cycle",
+            "Q greater than 0, P of at least 0",
+            "write for instance G83 Z-5 R2 Q1",
+        )
+        return False
+    return True
+
+
+def _hole_steps(
+    state: State, place: list[float], axis: int, heights: tuple[float, float, float]
+) -> Iterator[Step]:
+    """One hole; place, changed on the way, ends at the last of the heights along the axis [mm]:
+    where the feed begins, bottom, and where the next way to a hole begins."""
+    retract, bottom, clear = heights
+
+    def to(motion: Motion, height: float) -> Step:
+        place[axis] = height
+        return motion, tuple(place)
+
+    yield Motion.RAPID, tuple(place)
+    yield to(Motion.RAPID, retract)
+    if state.motion == "G83":
+        depth = retract - state.sticky["Q"]
+        while depth > bottom:
+            yield to(Motion.LINEAR, depth)
+            yield to(Motion.RAPID, retract)
+            yield to(Motion.RAPID, depth + PECK_CLEARANCE_MM)
+            depth -= state.sticky["Q"]
+    yield to(Motion.LINEAR, bottom)
+    if state.motion == "G82":
+        yield state.sticky["P"]
+    yield to(Motion.RAPID, clear)

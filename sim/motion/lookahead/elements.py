@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pieces of the path that the look-ahead planner runs: parts of segments, blends, stops."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.motion.geometry.blend import Blends
+from sim.motion.geometry.curves import FloatArray
+from sim.motion.geometry.turn import Turn
+from sim.motion.lookahead.limits import SHARES, Pieces
+from sim.motion.lookahead.segments import Segment
+
+
+@dataclass(eq=False)
+class Element:
+    """A piece of the path run, of one segment, blend or turn; a stop has none of them."""
+
+    length: float
+    line: int
+    move: int
+    segment: Segment | None = None
+    offset: float = 0.0  # of the piece's start on its segment
+    blends: Blends | None = None
+    index: int = 0
+    turn: Turn | None = None
+
+    @property
+    def kind(self) -> str:
+        """line, arc, blend, turn or stop."""
+        if self.turn is not None:
+            return "turn"
+        if self.segment is not None:
+            return "line" if self.segment.curve is None else "arc"
+        return "stop" if self.blends is None else "blend"
+
+    def end(self) -> FloatArray:
+        """Last point in path space; not of a stop."""
+        if self.turn is not None:
+            return self.turn.end
+        if self.segment is not None:
+            return self.segment.at(np.array([self.offset + self.length]))[0][0]
+        return self.blends.at_parameters(np.array([self.index]), np.ones(1), 1)[0][0]
+
+
+def pieces_of(parts: list[tuple[Element, float, float]]) -> Pieces:
+    """Lines or arcs (all of one kind), examined at three points each."""
+    share = np.full(len(parts), SHARES[0])
+    feed = np.array([element.segment.feed for element, _, _ in parts])
+    if parts[0][0].segment.curve is None:
+        begin = np.array([b for _, b, _ in parts])
+        end = np.array([e for _, _, e in parts])
+        s = np.stack([begin, (begin + end) / 2, end], axis=1)
+        start = np.array([element.segment.start for element, _, _ in parts])
+        direction = np.array([element.segment.direction for element, _, _ in parts])
+        q = start[:, None] + s[..., None] * direction[:, None]
+        d1 = np.broadcast_to(direction[:, None], q.shape)
+        zero = np.zeros_like(q)
+        return Pieces(q, d1, zero, zero, feed, share)
+    values = []
+    for element, begin, end in parts:
+        s = np.array([begin, (begin + end) / 2, end])
+        q, d1, d2 = element.segment.at(s)
+        values.append((q, d1, d2, element.segment.third(s)))
+    return Pieces(*(np.array(v) for v in zip(*values, strict=True)), feed=feed, share=share)
+
+
+def evaluate(
+    elements: list[Element], owner: NDArray[np.int64], s: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Point and two derivatives by the length at s (n,) of the elements `owner` (n,)."""
+    q, d1, d2 = (np.zeros((len(s), 5)) for _ in range(3))
+    kinds = np.array([element.kind for element in elements])
+    kind = kinds[owner]
+    rows = np.flatnonzero(kind == "line")
+    if len(rows):
+        lines = np.flatnonzero(kinds == "line")
+        place = np.zeros(len(elements), dtype=np.int64)
+        place[lines] = np.arange(len(lines))
+        start = np.array([elements[n].segment.start for n in lines])
+        direction = np.array([elements[n].segment.direction for n in lines])
+        offset = np.array([elements[n].offset for n in lines])
+        own = place[owner[rows]]
+        q[rows] = start[own] + (s[rows] + offset[own])[:, None] * direction[own]
+        d1[rows] = direction[own]
+    for n in np.unique(owner[kind == "turn"]):
+        rows = np.flatnonzero(owner == n)
+        q[rows], d1[rows], d2[rows] = elements[n].turn.at(s[rows])
+    for n in np.unique(owner[kind == "arc"]):
+        rows = np.flatnonzero(owner == n)
+        element = elements[n]
+        q[rows], d1[rows], d2[rows] = element.segment.at(s[rows] + element.offset)
+    rows = np.flatnonzero(kind == "blend")
+    if len(rows):
+        sources = {id(e.blends): e.blends for e in elements if e.blends is not None}
+        source = np.array([id(e.blends) for e in elements])[owner[rows]]
+        index = np.array([e.index for e in elements])[owner[rows]]
+        for key, blends in sources.items():
+            own = source == key
+            if own.any():
+                q[rows[own]], d1[rows[own]], d2[rows[own]] = blends.at(index[own], s[rows[own]])
+    return q, d1, d2
