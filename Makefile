@@ -1,4 +1,5 @@
-# Microtick: every command of the project. `make` or `make help` lists them.
+# Microtick: the daily commands of the project. `make` or `make help` lists them.
+# Everything else is a verb of `.venv/bin/microtick` (sim/verbs.py).
 SHELL := /bin/sh
 .DEFAULT_GOAL := help
 
@@ -22,13 +23,9 @@ OVERRIDE ?=
 TOOLS ?=
 PLATFORMS ?=
 SCOPE ?=
-PROGRAMS ?=
 T ?=
 SEED ?= 1
 JOBS ?= 2
-TOPS ?=
-SEEDS ?=
-BOARD ?=
 WAVES ?=
 export SEED WAVES
 # Packages are those of the environment, whatever the user's own Python finds (ROS sets PYTHONPATH);
@@ -44,17 +41,20 @@ test test-full: export PYTHONDONTWRITEBYTECODE :=
 endif
 export PYTHONUTF8 := 1
 
-.PHONY: help setup setup-synth run dual test test-full test-mutants fuzz lint lock clean
+# Targets of earlier versions; each prints the command that replaced it.
+VERBS := bitstream bus drive dual formal fuzz motion motion-size nios-bench nios-cycles nios-sw plain \
+  quartus robots sbom side-by-side silicon synth upsets
+RENAMED := test-mutants fp-case fp-bench fp-campaign fp-report readme
+TOOL_TARGETS := nios-toolchain nios-gdb qemu rs274
+
 # Parts of lint, and what make test looks at before it runs.
 .PHONY: checks lint-rtl lint-python lint-registers lint-site
-.PHONY: format gen gen-check docs readme site sbom goals
-.PHONY: formal fp-case fp-bench fp-campaign fp-report
-.PHONY: robots side-by-side
-.PHONY: bus motion motion-size drive synth plain quartus upsets bitstream silicon
-.PHONY: nios-sw nios-toolchain nios-gdb nios-bench nios-cycles qemu tools-for-tests rs274
+.PHONY: help setup setup-synth tools run test test-full lint format gen gen-check
+.PHONY: docs site goals lock clean tools-for-tests $(VERBS) $(RENAMED) $(TOOL_TARGETS)
 
 help: ## list targets and variables
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' Makefile
+	@echo "Everything else: .venv/bin/microtick --help (after make setup)"
 	@echo "Variables: GCODE=$(GCODE)  ROBOT=$(ROBOT)  OUTPUT=$(OUTPUT) (folder)  TICKS=$(TICKS) (only the first)  OVERRIDE=$(OVERRIDE) (of the feeds, percent)  TOOLS=$(TOOLS) (tool table)  PLATFORMS=$(PLATFORMS) (fpga1,fpga2,fpga3)"
 	@echo "  RUN=$(RUN) (full: every tick on FPGA1 and FPGA2; plan: path time and estimate only)  T=$(T) (test filter)  SEED=$(SEED)  JOBS=$(JOBS)"
 
@@ -62,26 +62,22 @@ run: $(READY) ## the main job: track a path through RTL in closed loop (GCODE, R
 	@exec $(PY) -m sim.bench.run "$(GCODE)" --robot "$(ROBOT)" --output "$(OUTPUT)" $(if $(TICKS),--ticks "$(TICKS)") $(if $(OVERRIDE),--override "$(OVERRIDE)") $(if $(TOOLS),--tools "$(TOOLS)") \
 	  $(if $(PLATFORMS),--platforms "$(PLATFORMS)") $(if $(filter full,$(RUN)),--all-ticks) $(if $(filter plan,$(RUN)),--plan-only) $(if $(SCOPE),--scope)
 
-dual: $(READY) ## two processors: set-points on one core, tracking on the other, in closed loop (GCODE=file, ROBOT=file, OVERRIDE=percent)
-	@exec $(PY) -m sim.bench.dual "$(GCODE)" --robot "$(ROBOT)" --output "$(OUTPUT)/dual" $(if $(OVERRIDE),--override "$(OVERRIDE)")
-
 test: $(READY) tools-for-tests checks ## every test but the deep campaigns (T=expression, SEED=n, WAVES=1)
 	exec $(PYTEST) -m "not full" $(if $(T),-k "$(T)")
 
 test-full: $(READY) tools-for-tests checks ## the deep campaigns too
 	exec $(PYTEST) $(if $(T),-k "$(T)")
 
-test-mutants: $(READY) ## planted faults in the arithmetic units, each must be found by the short set (resumes)
-	@exec $(PY) -m tests.mutants --jobs $(JOBS) $(if $(T),--only $(T))
+tools: $(READY) ## get a tool that is no package: T=nios-toolchain (compiler and GDB, half an hour), nios-gdb, qemu, rs274
+	@$(or $(TOOL_$(T)),$(error 'make tools' needs T=NAME, one of: $(TOOL_TARGETS)))
 
-fuzz: $(READY) ## mutated inputs for the commands, goals to build/fuzz.json (T="assembly image" for some)
-	@exec $(PY) -m tests.fuzz $(T) --seed $(SEED)
-
-qemu: ## get QEMU, the reference of the Nios II core's tests (as root installed, else unpacked into .venv)
-	@scripts/qemu.sh
+TOOL_nios-toolchain = scripts/nios_toolchain.sh
+TOOL_nios-gdb = scripts/nios_toolchain.sh --gdb
+TOOL_qemu = scripts/qemu.sh
+TOOL_rs274 = exec $(PY) -m sim.motion.gcode.oracle
 
 # Under CI=true a test that is skipped is a failure (tests/bench/needs.py): all tools are installed.
-tools-for-tests: $(READY) $(if $(filter true,$(CI)),$(READY_SYNTH) rs274)
+tools-for-tests: $(READY) $(if $(filter true,$(CI)),$(READY_SYNTH))
 	@scripts/qemu.sh --for-tests
 	@scripts/debian_tool.sh chromium --for-tests
 	@scripts/debian_tool.sh tclsh --for-tests
@@ -90,9 +86,7 @@ tools-for-tests: $(READY) $(if $(filter true,$(CI)),$(READY_SYNTH) rs274)
 	@scripts/debian_tool.sh verilator --for-tests
 	@scripts/debian_tool.sh fst $(if $(filter-out 0,$(WAVES)),,--for-tests)
 	@scripts/bender.sh --for-tests
-
-rs274: $(READY) ## get LinuxCNC's interpreter, the reference of the G-code tests (make test does under CI=true)
-	@exec $(PY) -m sim.motion.gcode.oracle
+	$(if $(filter true,$(CI)),@$(TOOL_rs274))
 
 # Half a minute less than one after another.
 checks: $(READY)
@@ -108,6 +102,7 @@ lint-python: $(READY)
 	$(VENV)/bin/ruff check -q .
 	$(VENV)/bin/ruff format -q --check .
 	@found=$$($(VENV)/bin/lint-imports --no-logo --no-cache) || { echo "$$found"; exit 1; }
+	@$(PY) -m scripts.lint_rooms
 
 lint-registers: $(READY)
 	@$(PY) scripts/rtl_subset.py
@@ -146,79 +141,8 @@ gen-check: $(READY) ## refuse generated files that differ from their sources
 	@$(PY) scripts/gen_core_files.py --check
 	@$(PY) scripts/gen_ethercat.py --check
 
-robots: $(READY) ## compile, prove and close the loop of every robot shown, to build/shown_robots.json and .html (T=names)
-	@exec $(PY) -m sim.bench.shown_robots $(if $(T),--only $(T))
-
-side-by-side: $(READY) ## one law on the core, on FPGA2 and on this machine, to build/side_by_side.json (T=robot)
-	@exec $(PY) -m sim.bench.platforms $(if $(T),--law $(T))
-
-motion: $(READY) ## the motion front-end: figures of the papers, drive study, RTL, on one page (RUN=full)
-	@exec $(PY) -m sim.bench.motion.show --robot "$(ROBOT)" $(if $(filter full,$(RUN)),--full)
-
 goals: $(READY_SYNTH) ## measure goals, to build/NAME.json (T=NAME, RUN=full; without T the names)
 	@exec $(PY) -m scripts.goals $(T) $(if $(filter full,$(RUN)),--full)
-
-upsets: $(READY) ## invert single bits of the core in whole ticks, to build/upsets.json and docs/upsets.md (RUN=full; resumes)
-	@exec $(PY) -m tests.upsets --jobs $(JOBS) $(if $(filter full,$(RUN)),--full)
-
-drive: $(READY_SYNTH) ## motor drives in closed loop, their goals, to build/drive.json and .html (RUN=full)
-	@exec $(PY) -m scripts.drive --robot "$(ROBOT)" $(if $(filter full,$(RUN)),--full)
-
-bus: $(READY_SYNTH) ## EtherCAT-compatible slave: forwarding, cycles, masters, clocks, area, to build/bus.json (RUN=full)
-	@exec $(PY) -m scripts.bus $(if $(filter full,$(RUN)),--full)
-
-motion-size: $(READY_SYNTH) ## area and clock of the motion front-end with Yosys and nextpnr, for its goals
-	@exec $(PY) -m scripts.motion_size $(if $(SEEDS),--seeds $(SEEDS))
-
-nios-cycles: $(READY) ## measure the Nios II core's cycle table and write it into docs/nios_core.md
-	@exec $(PY) -m sim.rtl.n2_lockstep_cycles
-
-synth: $(READY_SYNTH) ## area and speed of every top with Yosys and nextpnr, to build/synth.json (hours)
-	@$(PY) scripts/synth.py --jobs $(JOBS) $(if $(TOPS),--only $(TOPS)) $(if $(SEEDS),--seeds $(SEEDS))
-
-bitstream: $(READY_SYNTH) ## bitstream of a board one can buy: BOARD=ulx3s, colorlight-i9, ecpix5, versa-ecp5 (SEEDS=n ...)
-	@exec $(PY) -m scripts.bitstream $(or $(BOARD),--help) $(if $(SEEDS),--seeds $(SEEDS))
-
-silicon: $(READY_SYNTH) ## netlists against RTL, boards, table 4, clock, to build/silicon.json (RUN=full)
-	@exec $(PY) -m scripts.silicon $(if $(filter full,$(RUN)),--full)
-
-formal: $(READY_SYNTH) ## prove the arithmetic units and the motion front-end, to build/formal/report.json (resumes)
-	@exec $(PY) -m tests.formal $(if $(T),--only $(T))
-
-fp-case: $(READY) ## one case of an arithmetic unit: make fp-case OP=mul A=00ffffff B=3f000000
-	@exec $(PY) -m sim.core.fpbench case $(OP) $(A) $(B) $(C)
-
-fp-bench: $(READY) ## short set and rate of every arithmetic operation (OP=name for one)
-	@exec $(PY) -m sim.core.fpbench bench $(if $(OP),--op $(OP))
-
-fp-campaign: $(READY) ## exhaustive, random and cross-product cases of the arithmetic units (resumes; SCHEDULER=address of a Dask cluster)
-	@exec $(PY) -m sim.core.fpbench campaign --jobs $(JOBS) $(if $(SCHEDULER),--scheduler $(SCHEDULER))
-
-fp-report: $(READY) ## put what the campaign has covered into docs/arithmetic_evidence.md
-	@exec $(PY) -m sim.core.fpbench report
-
-plain: $(READY_SYNTH) ## each core as one plain Verilog-2001 file, to build/plain (TOPS=...)
-	@exec $(PY) -m scripts.plain_verilog $(if $(TOPS),--only $(TOPS))
-
-quartus: plain ## plain Verilog, then area and speed on Stratix III with Quartus II 13.1, to build/synth.json
-	@$(PY) scripts/quartus.py
-
-nios-sw: $(READY) ## programs of the Nios II systems and their committed images, docs/own_c_program.md (needs nios-toolchain)
-	@$(MAKE) --no-print-directory -C nios_sw all images
-	@exec $(PY) -m tests.model_compiler.law_image
-	@$(PY) scripts/own_c_page.py
-
-nios-bench: $(READY) ## Dhrystone and the law per MHz on FPGA1 and FPGA2, and the C programs of a folder (PROGRAMS=folder)
-	@exec $(PY) -m sim.bench.nios_bench $(if $(PROGRAMS),"$(PROGRAMS)")
-
-nios-toolchain: ## cross compiler and GDB for Nios II from Debian's source packages (about 30 minutes, once)
-	@scripts/nios_toolchain.sh
-
-nios-gdb: ## GDB for Nios II alone (minutes, once)
-	@scripts/nios_toolchain.sh --gdb
-
-readme: $(READY) ## write the measured sections of README.md from build/*.json
-	@$(PY) scripts/readme.py
 
 docs: $(READY) ## write every page with measured figures; those of long campaigns from their results in build
 	@$(PY) scripts/measured_pages.py $(T)
@@ -228,12 +152,9 @@ site: $(READY) ## the documents with the API of the Python tools as a site, buil
 	@$(PY) scripts/register_browser.py
 	@echo "site: build/site/index.html"
 
-sbom: $(READY_SYNTH) ## locked packages, hashes and licences, to build/sbom.json (CycloneDX) and build/licences.md
-	@exec $(PY) -m scripts.sbom
-
 setup: $(READY) ## create the project-local environment (run and test do it by themselves)
 
-setup-synth: $(READY_SYNTH) ## the packages of synthesis and proofs too (synth and formal do it by themselves)
+setup-synth: $(READY_SYNTH) ## the packages of synthesis and proofs too (goals does it by itself)
 
 $(READY): requirements.lock pyproject.toml scripts/bootstrap.sh
 	@scripts/bootstrap.sh requirements.lock $@
@@ -249,3 +170,18 @@ lock: ## refresh the locked requirement files from pyproject.toml and requiremen
 
 clean: ## remove everything that was built (keeps the environment)
 	rm -rf build
+
+$(VERBS):
+	$(error 'make $@' is now '$(VENV)/bin/microtick $@'; '--help' lists its options)
+
+fp-case fp-bench fp-campaign fp-report:
+	$(error 'make $@' is now '$(VENV)/bin/microtick $(subst -, ,$@)'; '--help' lists its options)
+
+test-mutants:
+	$(error 'make $@' is now '$(VENV)/bin/microtick mutants'; '--help' lists its options)
+
+readme:
+	$(error 'make $@' is now 'make docs T=README')
+
+$(TOOL_TARGETS):
+	$(error 'make $@' is now 'make tools T=$@')

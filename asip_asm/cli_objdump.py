@@ -7,7 +7,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from asip_asm.command import run_command
+from asip_asm.command import command_parser, run_command
 from asip_asm.disassemble import DecodeError, disassemble
 from asip_asm.image import Image, ImageError
 from asip_asm.listing import symbols
@@ -75,13 +75,8 @@ def header(image: Image) -> str:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="asip-objdump",
-        description="Show what is in a program image.",
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        add_help=False,
-    )
+    description = "Show what is in a program image."
+    parser = command_parser("asip-objdump", description, EPILOG, add_help=False)
     parser.add_argument("image", type=Path, help="image written by asip-as")
     parser.add_argument(
         "-d",

@@ -4,12 +4,15 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import errno
 import functools
 import math
 import os
+import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextvars import ContextVar
 from pathlib import Path
 from typing import ParamSpec
 
@@ -19,24 +22,46 @@ from asip_asm.project import BUILD, CHECKOUT, ROOT
 Arguments = ParamSpec("Arguments")
 INTERRUPTED = 130
 """Exit status after Ctrl-C, 128 + SIGINT as shells give it."""
+_CALLED: ContextVar[str | None] = ContextVar("called", default=None)
+"""Name by which the user called the command, if it is not the command's own."""
+
+
+@contextlib.contextmanager
+def called_as(name: str) -> Iterator[None]:
+    """Within this context, help and messages of a command name it so, as in `microtick run`."""
+    before = _CALLED.set(name)
+    try:
+        yield
+    finally:
+        _CALLED.reset(before)
+
+
+def _renamed(text: str, own: str) -> str:
+    """The text with the name by which the user called the command in place of the command's own."""
+    called = _CALLED.get()
+    if called is None:
+        return text
+    return re.sub(rf"(?<![\w.-]){re.escape(own)}(?![\w-])", called, text)
 
 
 def command_parser(
-    prog: str, description: str, epilog: str | None = None
+    prog: str, description: str, epilog: str | None = None, add_help: bool = True
 ) -> argparse.ArgumentParser:
     """Parser of a command whose help keeps the lines of description and epilog as they are."""
     return argparse.ArgumentParser(
-        prog=prog,
-        description=description,
-        epilog=epilog,
+        prog=_CALLED.get() or prog,
+        description=_renamed(description, prog),
+        epilog=_renamed(epilog, prog) if epilog else None,
         formatter_class=argparse.RawDescriptionHelpFormatter,
+        add_help=add_help,
     )
 
 
 def script_parser(text: str, example: str, prog: str | None = None) -> argparse.ArgumentParser:
     """Parser of a script that the first line of its text describes; example: a way to call it."""
     description = text.splitlines()[0]
-    return argparse.ArgumentParser(prog, description=description, epilog=f"example: {example}")
+    epilog = f"example: {_renamed(example, prog) if prog else example}"
+    return argparse.ArgumentParser(_CALLED.get() or prog, description=description, epilog=epilog)
 
 
 def command(name: str) -> Callable[[Callable[Arguments, int]], Callable[Arguments, int]]:
@@ -76,6 +101,7 @@ def run_command(name: str, body: Callable[[], int], *errors: type[Exception]) ->
     """Exit status of a command's body; 1 with one line for files that cannot be read or written and
     for these errors, whose `status` counts if they have one; 1 with the report of an AssemblyError.
     """
+    name = _CALLED.get() or name
     for stream in (sys.stdout, sys.stderr):
         # Names in files may hold characters that the terminal's encoding has not.
         getattr(stream, "reconfigure", lambda **_: None)(errors="backslashreplace")

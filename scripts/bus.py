@@ -45,7 +45,7 @@ def measure(
     return found
 
 
-@command("make bus")
+@command("microtick bus")
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line."""
     parser = script_parser(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page of `make bus`: the table, and the tool on its path over the bus."""
+"""The page of `microtick bus`: the table, and the tool on its path over the bus."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Producers of the rows of `make bus`: each measures one thing and gives its rows."""
+"""Producers of the rows of `microtick bus`: each measures one thing and gives its rows."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ ROBOT += [
 ]
 ROBOT += ["asip_asm/programs/tracking*", "sim/rtl/asip_harness.cpp"]
 HOURS = 12 * 3600
-FULL = "make bus RUN=full"
+FULL = "microtick bus --full"
 
 Report = Callable[[str], None]
 

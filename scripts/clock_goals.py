@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Goals of clocks and ticks, from the last `make synth` (build/synth.json) or docs/data.
+"""Goals of clocks and ticks, from the last `microtick synth` (build/synth.json) or docs/data.
 
 Place and route of all seeds takes hours, so no run of the goals starts it. A figure of RTL that has
 changed since, or of too few seeds, counts as not measured.
@@ -27,7 +27,7 @@ def _row(top: str, found: Figure, goal: Callable[[float], Goal]) -> Goal:
         return goal(found.value)
     named = goal(found.value or 0)
     return not_measured(
-        named.name, named.target, named.unit, f"make synth TOPS={top}; {found.note}"
+        named.name, named.target, named.unit, f"microtick synth --only {top}; {found.note}"
     )
 
 

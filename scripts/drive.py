@@ -156,7 +156,7 @@ def page_text(page: str, results: dict[str, Any]) -> str:
     return between_marks(page, texts, PAGE.name)
 
 
-@command("make drive")
+@command("microtick drive")
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line."""
     arguments = list(sys.argv[1:] if argv is None else argv)

@@ -22,7 +22,7 @@ TEXT = """\
 
 ```
 cp sim/robot.toml my_robot.toml              # then change values
-make run ROBOT=my_robot.toml                 # also make dual, make motion
+make run ROBOT=my_robot.toml                 # also microtick dual, microtick motion
 asip-as asip_asm/programs/tracking_optimised.s --params my_robot.toml -o build/mine.asip.json
 asip-as asip_asm/programs/tracking_optimised.s -D m_s=15 -o build/heavy.asip.json
 ```

@@ -87,7 +87,7 @@ AREAS: dict[str, Area] = {
             "URDF files": "sim.bench.shown_robots.campaign:rows",
             "planted mistakes": "tests.model_compiler.planted:rows",
             "cycles": "sim.bench.shown_robots.cycles:rows",
-            "best options": "sim.laws.asip_model.best_goals:rows",
+            "best options": "sim.bench.best_goals:rows",
             "mutated files": "tests.fuzz.__main__:rows",
             "certificate": "sim.bench.certificate_goals:rows",
         },

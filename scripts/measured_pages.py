@@ -4,13 +4,12 @@
 Some are measured at once, in a minute or so each. Others come from what a long campaign has left in
 build; where that is missing or only a part of it, the page stays as it is and the command says what
 makes the results. A page's writer can also be called by itself (`--list` shows them).
-docs/own_c_program.md is written by `make nios-sw`, which has the cross compiler, docs/upsets.md by
-`make upsets RUN=full` itself, from shards that only it reads.
+docs/own_c_program.md is written by `microtick nios-sw`, which has the cross compiler,
+docs/upsets.md by `microtick upsets --full` itself, from shards that only it reads.
 """
 
 from __future__ import annotations
 
-import argparse
 import json
 import subprocess
 import sys
@@ -20,7 +19,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from asip_asm.command import command
+from asip_asm.command import command, script_parser
 from asip_asm.project import BUILD, ROOT
 
 
@@ -98,48 +97,48 @@ PAGES = (
         "docs/platforms.md",
         "-m sim.bench.platforms --docs",
         BUILD / "side_by_side.json",
-        "make side-by-side",
+        "microtick side-by-side",
     ),
     Page(
         "docs/two_processors.md",
         "-m sim.bench.dual --docs",
         BUILD / "dual/results.json",
-        "make dual",
+        "microtick dual",
         lambda results: results["complete"] and results["whole_path"],
     ),
     Page(
         "docs/motion.md",
         "-m sim.bench.motion.goals",
         BUILD / "motion/results.json",
-        "make motion RUN=full",
+        "microtick motion --full",
         all_goals,
     ),
     Page(
         "docs/drive.md",
         "-m scripts.drive --docs",
         BUILD / "drive.json",
-        "make drive RUN=full",
+        "microtick drive --full",
         lambda results: results.get("whole", False),
     ),
     Page(
         "docs/ethercat.md",
         "-m scripts.bus --docs",
         BUILD / "bus.json",
-        "make bus RUN=full",
+        "microtick bus --full",
         lambda results: results.get("whole", False),
     ),
     Page(
         "docs/formal.md",
         "-m tests.formal --docs",
         BUILD / "formal/report.json",
-        "make formal, python -m tests.formal --check-can-fail",
+        "microtick formal, python -m tests.formal --check-can-fail",
         all_proofs,
     ),
     Page(
         "docs/arithmetic_evidence.md",
         "-m sim.core.fpbench report",
         BUILD / "fpbench/report.json",
-        "make fp-campaign",
+        "microtick fp campaign",
         all_cases,
     ),
 )
@@ -158,10 +157,8 @@ def write(page: Page) -> bool:
 @command("scripts/measured_pages.py")
 def main(arguments: list[str] | None = None) -> int:
     """Command line; returns the exit status, 1 if a writer failed."""
-    parser = argparse.ArgumentParser(
-        description="Write the pages with measured figures.",
-        epilog="example: python scripts/measured_pages.py latency units",
-    )
+    prog = "python scripts/measured_pages.py"
+    parser = script_parser("Write the pages with measured figures.", f"{prog} latency units", prog)
     stems = [Path(page.name).stem for page in PAGES]
     parser.add_argument(
         "pages", nargs="*", metavar="PAGE", help=f"only these: {', '.join(stems)} (all)"

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Write each core as one plain Verilog-2001 file, for tools that refuse our SystemVerilog.
 
-    make plain                       every core, to build/plain/<top>.v
-    make plain TOPS="asip n2_core"   some of them
+    microtick plain                       every core, to build/plain/<top>.v
+    microtick plain --only asip n2_core      some of them
 
 Yosys reads the RTL and writes it at word level: no technology mapping, so memories, multipliers and
 adders stay inferable. A file holds one module, with the core's ports and its default parameters.
@@ -27,7 +27,7 @@ DE3 = "asip_de3"
 PLL = ROOT / "scripts/quartus/altpll.v"
 
 
-@command("make plain")
+@command("microtick plain")
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 written, 1 if Yosys refuses a core."""
     parser = script_parser(__doc__, "python -m scripts.plain_verilog --only asip")

@@ -24,7 +24,7 @@ case ${1:-} in
     if installed >/dev/null; then exit 0; fi
     if [ "$(id -u)" = 0 ] && "$0"; then exit 0; fi
     echo "[qemu] no qemu-system-nios2: the tests that compare the Nios II core with it are skipped" >&2
-    echo "[qemu] (tests/nios/test_n2_lockstep.py and others, by name); make qemu gets it, also without root" >&2
+    echo "[qemu] (tests/nios/test_n2_lockstep.py and others, by name); make tools T=qemu gets it, also without root" >&2
     [ "${CI:-}" != true ]
     exit ;;
   *) echo "error: unknown argument '$1'" >&2

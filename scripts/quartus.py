@@ -7,7 +7,6 @@ Edition is the last version with Stratix III; it is not part of this project's e
 
 from __future__ import annotations
 
-import argparse
 import shutil
 import subprocess
 import sys
@@ -15,7 +14,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from asip_asm.command import command
+from asip_asm.command import command, script_parser
 from scripts.quartus_report import FOLDER, RESULT, ROOT
 from scripts.quartus_report import main as store_figures
 
@@ -25,18 +24,14 @@ MISSING = (
     f"error: {TOOL} is not on PATH.\n"
     "Missing: Quartus II 13.1 Subscription Edition with Stratix III device support, the last\n"
     "version that knows device EP3SL150F1152C2. Add <quartus>/bin to PATH and run this again.\n"
-    "Area and speed by free tools instead: make synth"
+    "Area and speed by free tools instead: microtick synth"
 )
 
 
 @command("scripts/quartus.py")
 def main(argv: list[str] | None = None) -> int:
     """Command line; exit 0 done, 1 for a missing tool, a failed build or an unreadable report."""
-    parser = argparse.ArgumentParser(
-        description=__doc__.splitlines()[0],
-        epilog="example: python scripts/quartus.py",
-    )
-    parser.parse_args(argv)
+    script_parser(__doc__, "python scripts/quartus.py").parse_args(argv)
     console = Console()
     tool = shutil.which(TOOL)
     if tool is None:

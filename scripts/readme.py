@@ -2,10 +2,10 @@
 """Write the measured sections of README.md from JSON files, so no figure is typed by hand.
 
 `python scripts/readme.py` replaces the text between the results marks by what build/results.json
-says (of `make run`), where that is there. What build/synth.json (of `make synth`) says of the cores
-is kept in docs/data/synthesis.json, each core with its commit; the text between the synthesis marks
-is written from there, and so are the areas of docs/platforms.md, and table 4 of `make run` on a
-machine that has synthesised nothing.
+says (of `make run`), where that is there. What build/synth.json (of `microtick synth`) says of the
+cores is kept in docs/data/synthesis.json, each core with its commit; the text between the synthesis
+marks is written from there, and so are the areas of docs/platforms.md, and table 4 of `make run` on
+a machine that has synthesised nothing.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def section(results: dict[str, Any]) -> str:
 
 
 def longest(steps: Sequence[str]) -> dict[str, Any]:
-    """Ends, time in ns and its part in wires of a path as `make synth` writes it.
+    """Ends, time in ns and its part in wires of a path as `microtick synth` writes it.
 
     steps: lines `<ns so far> <ns> <kind> <cell or net>`; Yosys appends the cell's kind to the name.
     """

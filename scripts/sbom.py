@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """List the locked packages with their licences and hashes.
 
-    make sbom        write build/sbom.json (CycloneDX 1.5) and build/licences.md
+    microtick sbom        write build/sbom.json (CycloneDX 1.5) and build/licences.md
 
 The lock files say which packages there are, their own metadata which licences they have and what
 they need. `scope` says what a package is for: "required" is needed by the wheel, "optional" by one
@@ -15,7 +15,7 @@ import re
 import sys
 import tomllib
 import uuid
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
@@ -24,7 +24,7 @@ from packaging.licenses import InvalidLicenseExpression, canonicalize_license_ex
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
-from asip_asm.command import command
+from asip_asm.command import command, command_parser
 from asip_asm.files import write_text
 from asip_asm.project import ROOT
 from scripts.generated import table
@@ -207,7 +207,7 @@ def page(found: Iterable[Package]) -> str:
     lines = [
         "# Licences of others",
         "",
-        "Written by `make sbom` from the lock files and the packages' own metadata.",
+        "Written by `microtick sbom` from the lock files and the packages' own metadata.",
         "The wheel holds files of this project alone. Nothing of these packages is in it:",
         "pip gets each from its own publisher.",
         "",
@@ -221,9 +221,10 @@ def page(found: Iterable[Package]) -> str:
     return "\n".join(lines + table(["package", "version", "licence", "needed by"], rows)) + "\n"
 
 
-@command("make sbom")
-def main() -> int:
+@command("microtick sbom")
+def main(argv: Sequence[str] | None = None) -> int:
     """Write both files."""
+    command_parser("microtick sbom", __doc__).parse_args(argv)
     try:
         found = packages()
     except ValueError as error:

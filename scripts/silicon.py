@@ -2,8 +2,8 @@
 """What netlists, boards and clocks are to reach, to build/silicon.json.
 
 Netlists are made and compared here; bitstreams, table 4 and clocks are taken from their last run
-(`make bitstream`, `make synth`), or else from docs/data. Exit status 1 if a goal is missed: what
-was never measured is neither met nor missed.
+(`microtick bitstream`, `microtick synth`), or else from docs/data. Exit status 1 if a goal is
+missed: what was never measured is neither met nor missed.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ AT_WORK = {
 
 
 def board_results() -> dict[str, Any]:
-    """Result of each board's last `make bitstream`, else the one committed."""
+    """Result of each board's last `microtick bitstream`, else the one committed."""
     found = json.loads(KEPT_BOARDS.read_text()) if KEPT_BOARDS.is_file() else {}
     for name in BOARDS:
         file = BOARD_RESULTS / name / "result.json"
@@ -85,7 +85,7 @@ def boards() -> Iterator[Goal]:
         core = [c["achieved"] for c in found if abs(c["constraint"] - board.core_mhz) < 0.5]
         goal = (f"{name}: core clock", core[0] if core else None, "MHz", f">= {board.core_mhz}")
         if not core:
-            yield Goal(*goal, None, f"not run at this clock; make bitstream BOARD={name}")
+            yield Goal(*goal, None, f"not run at this clock; microtick bitstream {name}")
             continue
         met = bool(result["met"])
         yield Goal(*goal, met, f"seed {result['seed']}, commit {result['commit']}")
@@ -230,10 +230,10 @@ def measured(name: str, full: bool) -> Iterator[Goal]:
         yield Goal(f"{name}, all", None, "", "measured", False, str(error).splitlines()[0])
 
 
-@command("make silicon")
+@command("microtick silicon")
 def main(arguments: list[str] | None = None) -> int:
     """Command line; exit 0 if every goal is met, 1 if one is missed."""
-    parser = command_parser("make silicon", __doc__)
+    parser = command_parser("microtick silicon", __doc__)
     parser.add_argument("--full", action="store_true", help="every netlist, 10 000 ticks")
     parser.add_argument(
         "--only", nargs="+", choices=tuple(PRODUCERS), default=list(PRODUCERS), metavar="ROWS"

@@ -40,7 +40,7 @@ HEAD = """\
 
 A tick costs cycles divided by clock. A register more in a path makes the clock faster, costs
 area, and may cost cycles, so neither column says by itself which version is best. Each row is a
-commit, measured by `{command} --add COMMIT` or `make synth`: area by Yosys for
+commit, measured by `{command} --add COMMIT` or `microtick synth`: area by Yosys for
 Cyclone V (ALUTs, registers, 18x18 elements), clock by nextpnr on ECP5-85 speed grade 8, cycles by
 the commit's own assembler, which agrees with the core to the cycle. A clock is the median over the
 random seeds of placement named behind it; one alone may be some per cent off. The last column is
@@ -63,8 +63,9 @@ of operations instead, so it pays only while the pipe sets the clock.
 
 All clocks are ECP5's. **Inferred, not measured:** Stratix III has faster logic, and its block RAM
 has an output register, so these register-to-register paths should be faster there; which path is
-longest may differ, and nothing here was placed on a Stratix III. `make quartus` measures it where
-Quartus II 13.1 is installed; `make synth TOPS=asip_fast` measures the present commit on ECP5.
+longest may differ, and nothing here was placed on a Stratix III. `microtick quartus` measures it
+where Quartus II 13.1 is installed; `microtick synth --only asip_fast` measures the present commit
+on ECP5.
 """
 PATHS = """\
 The path that sets the clock of each core at the first seed, by the names of its registers. Another
@@ -124,11 +125,11 @@ def synthesis(tree: Path, configuration: str, seeds: Sequence[int]) -> dict:
 
 
 def committed_figures(configuration: str) -> tuple[str, dict]:
-    """Commit and figures of the last `make synth` that was committed. Raises PointError."""
+    """Commit and figures of the last `microtick synth` that was committed. Raises PointError."""
     name = CORES[configuration].name
     record = json.loads(FIGURES.read_text(encoding="utf-8"))["tops"].get(name)
     if record is None:
-        raise PointError(f"{FIGURES}: no {name}; help: make synth TOPS={name}")
+        raise PointError(f"{FIGURES}: no {name}; help: microtick synth --only {name}")
     figures = {key: record[key] for key in ("aluts", "registers", "dsp_18x18")}
     clock = record["fmax_mhz"]
     seeds = f"median of {clock['runs']}"
@@ -150,7 +151,7 @@ def measure(revision: str, label: str, configuration: str, seeds: Sequence[int])
     command = f"{COMMAND} --add {commit} --configuration {configuration}"
     command += f" --seeds {' '.join(map(str, seeds))}"
     if figures:
-        command = f"make synth TOPS={CORES[configuration].name}"
+        command = f"microtick synth --only {CORES[configuration].name}"
     return {
         "commit": commit,
         "label": label or git("log", "-1", "--format=%s", commit),

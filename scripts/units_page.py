@@ -214,7 +214,11 @@ def evidence(unit: str) -> list[str]:
         re.MULTILINE,
     )
     named = " ".join(f"`{op}`" for op in ops)
-    bench = f"pytest tests/fpu/test_{unit}.py -k bench" if variant else f"make fp-bench OP={ops[0]}"
+    bench = (
+        f"pytest tests/fpu/test_{unit}.py -k bench"
+        if variant
+        else f"microtick fp bench --op {ops[0]}"
+    )
     lines = [f"- short set, host arithmetic: `{bench}`, operations {named}"]
     if proofs:
         lines.append(

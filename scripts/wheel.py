@@ -28,6 +28,17 @@ INIT = '''\
 # SPDX-License-Identifier: Apache-2.0
 """Microtick as its wheel installs it: `asip_asm` and `sim` of the checkout, and their files."""
 '''
+MAIN = '''\
+# SPDX-License-Identifier: Apache-2.0
+"""python -m microtick: the command microtick."""
+
+import sys
+
+from microtick.sim.verbs import main
+
+if __name__ == "__main__":
+    sys.exit(main())
+'''
 DOTTED = re.compile(rf"(?<![\w./-])(?:{'|'.join(PARTS)})(?:\.[A-Za-z_]\w*)+")
 FROM = re.compile(rf"^(\s*from )({'|'.join(PARTS)})(?= import )", re.M)
 
@@ -116,6 +127,7 @@ class Hook(BuildHookInterface):
         if self.target_name != "wheel":
             return
         yield "__init__.py", INIT
+        yield "__main__.py", MAIN
         for file in builder.recurse_selected_project_files():
             path = Path(file.relative_path)
             if path.parts[0] in PARTS and path.suffix in (".py", ".md"):

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import settings
 
 from asip_asm.project import BUILD
 from sim.robot.parameters import Robot
@@ -23,6 +24,9 @@ MOST_FILES = 40  # of counts, before they are merged
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
+# A slow machine fails no test: hypothesis allows an example 200 ms by default.
+settings.register_profile("no deadline", settings(), deadline=None)
+settings.load_profile("no deadline")
 build.assertions = True
 build.optimisation = "-O1"  # a third of the time to compile; the models run nearly as fast
 

@@ -2,7 +2,7 @@
 # Area and timing of asip_de3 on Stratix III, for Quartus II 13.1:
 #
 #   quartus_sh -t scripts/quartus/build.tcl          from the SystemVerilog sources
-#   quartus_sh -t scripts/quartus/build.tcl plain    from build/plain/quartus/asip_de3.v (make plain)
+#   quartus_sh -t scripts/quartus/build.tcl plain    from build/plain/quartus/asip_de3.v (microtick plain)
 #   quartus_sh -t scripts/quartus/build.tcl board    also an image for the board; needs pin locations
 #
 # Both words may be given. The project and its reports asip_de3.{map,fit,sta}.rpt go to build/quartus.
@@ -71,7 +71,7 @@ set board_files {
 }
 if {"plain" in $words} {
     set plain [file join $root build/plain/quartus $revision.v]
-    if {![file exists $plain]} { error "$plain is missing; run make plain" }
+    if {![file exists $plain]} { error "$plain is missing; run microtick plain" }
     set_global_assignment -name VERILOG_FILE $plain
 } else {
     foreach file [concat [file_list [file join $root rtl/asip/asip.f]] $board_files] {

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measure the Nios II systems: Dhrystone and the law per MHz, and the user's own C programs.
 
-    make nios-bench                     Dhrystone and the law on FPGA1 and FPGA2
-    make nios-bench PROGRAMS=folder     these, and each C program of a folder
+    microtick nios-bench                     Dhrystone and the law on FPGA1 and FPGA2
+    microtick nios-bench folder     these, and each C program of a folder
 
 In the folder each file NAME.c is a program, and each subfolder with C files is one of all of them.
 Each is compiled by nios_sw/nios-gcc and runs from reset to its end; the command prints its cycles,
@@ -146,10 +146,10 @@ def runs_table(runs: Sequence[Run]) -> Table:
     return table
 
 
-@command("make nios-bench")
+@command("microtick nios-bench")
 def main(arguments: Sequence[str] | None = None) -> int:
     """Command line; exit status 1 if a program did not end."""
-    parser = command_parser("make nios-bench", __doc__)
+    parser = command_parser("microtick nios-bench", __doc__)
     parser.add_argument("folder", nargs="?", type=Path, help="C programs of the user")
     parser.add_argument("--options", default=OPTIONS, help=f"of the compiler (default: {OPTIONS})")
     parser.add_argument("--system", choices=PLATFORMS, action="append", help="default: both")

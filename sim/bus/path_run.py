@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 
 from asip_asm.command import command
 from asip_asm.files import replaced
-from sim.bench.run.nios import PATH, set_points
 from sim.bus.coe.dictionary import Device, load
 from sim.bus.device import DeviceRtl
 from sim.bus.machine import Machine
@@ -41,6 +40,7 @@ from sim.bus.session import (
 from sim.bus.tap import command_line, progress_of
 from sim.motion.gcode.interpreter import parse_file
 from sim.motion.trajectory.exact_stop import MotionSettings, generate
+from sim.motion.trajectory.program import AGH, set_points
 from sim.robot.parameters import Robot
 from sim.robot.records import SetPoints
 
@@ -130,7 +130,7 @@ class Drive:
 
 def path_of(robot: Robot, ticks: int | None) -> SetPoints:
     """Set-points of the A-G-H path, the first ones or all."""
-    return set_points(generate(parse_file(PATH, robot=robot), MotionSettings(robot)), ticks)
+    return set_points(generate(parse_file(AGH, robot=robot), MotionSettings(robot)), ticks)
 
 
 def poses(path: SetPoints) -> NDArray[np.float64]:

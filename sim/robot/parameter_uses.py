@@ -32,5 +32,5 @@ UNUSED: dict[str, tuple[str, ...]] = {
     "lookahead": (*_TRACKING, *_DRIVES),
     "trajectory": ("R", "v_max_leg", *_LOOK_AHEAD, *_TRACKING, *_DRIVES),
 }
-"""By command: `make run`, `make dual`, `make drive`, `make bus`, `make motion`, and
+"""By command: `make run`, `microtick dual`, `microtick drive`, `microtick bus`, `microtick motion`,
 `python -m sim.motion.lookahead` and `sim.motion.trajectory`."""

@@ -9,7 +9,6 @@ Not comparable: custom instructions (QEMU has none) and the contents of I/O.
 
 from __future__ import annotations
 
-import argparse
 import os
 import re
 import shutil
@@ -23,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-from asip_asm.command import command
+from asip_asm.command import command, script_parser
 from asip_asm.files import write_bytes
 from sim.rtl.n2_lockstep_isa import OP_CUSTOM, default_isa
 from sim.rtl.n2_lockstep_rtl import DTCM, ITCM, N2Rtl
@@ -68,7 +67,7 @@ def qemu_states(
     """
     qemu = find_qemu()
     if qemu is None:
-        raise LockstepError("error: no qemu-system-nios2 on PATH; `make qemu` gets it")
+        raise LockstepError("error: no qemu-system-nios2 on PATH; `make tools T=qemu` gets it")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         fifo = folder / "log"
@@ -222,11 +221,9 @@ def lockstep(
 @command("python -m sim.rtl.n2_lockstep")
 def main(arguments: Sequence[str] | None = None) -> int:
     """Command line; exit 0 equal, 1 for a difference or a file that does not fit."""
-    parser = argparse.ArgumentParser(
-        prog="python -m sim.rtl.n2_lockstep",
-        description="Run ELF programs on the Nios II core and QEMU in lockstep.",
-        epilog="example: python -m sim.rtl.n2_lockstep build/nios_sw/tests/sieve.elf",
-    )
+    prog = "python -m sim.rtl.n2_lockstep"
+    purpose = "Run ELF programs on the Nios II core and QEMU in lockstep."
+    parser = script_parser(purpose, f"{prog} build/nios_sw/tests/sieve.elf", prog)
     parser.add_argument("elf", type=Path, nargs="+", help="linked for the system's memory map")
     parser.add_argument("--most", type=int, default=10_000_000, help="instructions, then give up")
     options = parser.parse_args(arguments)

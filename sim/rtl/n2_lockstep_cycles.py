@@ -8,13 +8,12 @@ Reference Guide, instruction performance of Nios II/f.
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from asip_asm.command import command
+from asip_asm.command import command, script_parser
 from asip_asm.files import write_text
 from sim.report.marks import between_marks
 from sim.rtl.n2_lockstep_program import BT, EA, ISA, RA, Program, prologue
@@ -188,11 +187,9 @@ def page_text(document: str, rtl: N2Rtl, file: Path = DOCUMENT) -> str:
 
 @command("python -m sim.rtl.n2_lockstep_cycles")
 def main(arguments: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(
-        prog="python -m sim.rtl.n2_lockstep_cycles",
-        description="Measure the Nios II core's cycle table and write it into docs/nios_core.md.",
-        epilog="example: python -m sim.rtl.n2_lockstep_cycles --document docs/nios_core.md",
-    )
+    prog = "python -m sim.rtl.n2_lockstep_cycles"
+    purpose = "Measure the Nios II core's cycle table and write it into docs/nios_core.md."
+    parser = script_parser(purpose, f"{prog} --document docs/nios_core.md", prog)
     parser.add_argument("--document", type=Path, default=DOCUMENT)
     options = parser.parse_args(arguments)
     try:

@@ -6,7 +6,6 @@ Addresses are byte addresses.
 
 from __future__ import annotations
 
-import argparse
 import bisect
 import io
 import struct
@@ -18,7 +17,7 @@ from pathlib import Path
 from elftools.elf.elffile import ELFFile
 from elftools.elf.sections import SymbolTableSection
 
-from asip_asm.command import command
+from asip_asm.command import command, script_parser
 from asip_asm.files import write_text
 from asip_asm.project import BUILD, ROOT
 from sim.rtl.n2_lockstep_isa import default_isa
@@ -156,7 +155,9 @@ def load(name: str, folder: Path = IMAGES) -> Program:
     path = folder / f"{name}.elf"
     if not path.is_file():
         known = ", ".join(sorted(file.stem for file in folder.glob("*.elf"))) or "none"
-        raise ImageError(f"{path}: error: no such program; `make nios-sw` builds them; got {known}")
+        raise ImageError(
+            f"{path}: error: no such program; `microtick nios-sw` builds them; got {known}"
+        )
     return read_elf(path)
 
 
@@ -191,11 +192,9 @@ def save(program: Program, folder: Path) -> list[Path]:
 @command("python -m sim.rtl.nios_image")
 def main(arguments: list[str] | None = None) -> int:
     """Command line; returns the exit status."""
-    parser = argparse.ArgumentParser(
-        prog="python -m sim.rtl.nios_image",
-        description="Memories for $readmemh and a listing, of a program of the Nios II systems.",
-        epilog="example: python -m sim.rtl.nios_image tracking_fpga2 --output build/images",
-    )
+    prog = "python -m sim.rtl.nios_image"
+    purpose = "Memories for $readmemh and a listing, of a program of the Nios II systems."
+    parser = script_parser(purpose, f"{prog} tracking_fpga2 --output build/images", prog)
     parser.add_argument("program", nargs="+", help="committed program by its name, or ELF file")
     parser.add_argument("--output", type=Path, default=BUILD / "images", help="folder of the files")
     options = parser.parse_args(arguments)

@@ -64,7 +64,7 @@ def test_figures_that_were_committed__or_what_to_run(tmp_path, monkeypatch) -> N
     kept = tmp_path / "synthesis.json"
     monkeypatch.setattr(speed_points, "FIGURES", kept)
     kept.write_text(json.dumps({"tops": {}}))
-    with pytest.raises(speed_points.PointError, match="make synth TOPS=asip_small"):
+    with pytest.raises(speed_points.PointError, match="microtick synth --only asip_small"):
         speed_points.committed_figures("small")
     figures = {"aluts": 1, "registers": 2, "dsp_18x18": 3}
     record = figures | {"commit": "abc", "lut4": 9, "fmax_mhz": {"median": 5.0, "runs": 5}}

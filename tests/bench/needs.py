@@ -122,12 +122,12 @@ TOOLS: dict[str, tuple[str, Callable[[], Any], str]] = {
     "nios-gcc": (
         "building the programs of the Nios II systems, and comparing C with the components",
         lambda: toolchain("nios2-elf-gcc"),
-        "make nios-toolchain",
+        "make tools T=nios-toolchain",
     ),
     "nios-gdb": (
         "debugging C on the Nios II systems with GDB itself",
         lambda: toolchain("nios2-elf-gdb"),
-        "make nios-toolchain",
+        "make tools T=nios-toolchain",
     ),
     "npm": (
         "running VS Code's test client of debug adapters",

@@ -99,7 +99,9 @@ def preemption(full: bool) -> Iterator[Goal]:
             elfs = [Path(folder, f"tasks_{system}.elf") for system in PLATFORMS]
             done = subprocess.run([*command, *elfs], env=clean_environment())
             if done.returncode:
-                yield not_measured(name, "0", "results", "make nios-toolchain builds the compiler")
+                yield not_measured(
+                    name, "0", "results", "make tools T=nios-toolchain builds the compiler"
+                )
                 return
             texts = [tasks(elf, system) for elf, system in zip(elfs, PLATFORMS, strict=True)]
     else:
@@ -147,7 +149,7 @@ def per_mhz(full: bool) -> Iterator[Goal]:
         found = dhrystone(system)
         note = f"{found.cycles_per_run:.0f} cycles a run"
         yield at_least(f"Dhrystone, {system}", found.dmips_per_mhz, 1.11, "DMIPS/MHz", note)
-    cure = "make nios-bench PROGRAMS=FOLDER with CoreMark's sources; no package has them"
+    cure = "microtick nios-bench FOLDER with CoreMark's sources; no package has them"
     yield not_measured("CoreMark per MHz", ">= 2.22", "1/MHz", cure)
 
 

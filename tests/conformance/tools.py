@@ -46,7 +46,7 @@ def program(name: str) -> Path:
     prefix = Path(run([ROOT / "scripts/nios_toolchain.sh", "--prefix"]).strip())
     found = prefix / "bin" / name
     if not found.exists():
-        raise ToolError(f"no {name}; make nios-toolchain builds it")
+        raise ToolError(f"no {name}; make tools T=nios-toolchain builds it")
     return found
 
 

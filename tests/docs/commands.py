@@ -18,10 +18,12 @@ PAGES = [
     *sorted(page for page in (ROOT / "docs").glob("*.md") if page.name not in OWN_TESTS),
 ]
 FIRST_WORD = re.compile(
-    r"(?:make|python|pytest|cc|verilator|yosys|nios2-elf-gcc|(?:\.venv/bin/)?(?:asip|nios)-\w+"
+    r"(?:make|python|pytest|cc|verilator|yosys|nios2-elf-gcc|microtick|(?:\.venv/bin/)?(?:asip|nios)-\w+"
     r"|\.venv/bin/\w+)(?: |$)"
 )
-INLINE = re.compile(r"`((?:make|python -m|python scripts/|\.venv/bin/|asip-|nios-)[^`\n]*)`")
+INLINE = re.compile(
+    r"`((?:make|microtick |python -m|python scripts/|\.venv/bin/|asip-|nios-)[^`\n]*)`"
+)
 PLACEHOLDER = re.compile(r"\.\.\.|\b(?:name|n|N|NAME|FILE|COMMIT|prog)\b|://host")
 
 

@@ -6,14 +6,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim.bench.cnc.figures import AGH, STROKES
+from sim.bench.cnc.figures import STROKES
 from sim.bench.cnc.position_loop import CASES, Case, Drive, DriveError
 from sim.bench.cnc.robot import LEAD_IN as LEAD_IN_S
 from sim.bench.cnc.robot import DriveController, RobotRun, leg_drive, simulate, stroke
-from sim.bench.run import nios
 from sim.motion.gcode.interpreter import parse_file
 from sim.motion.geometry.moves import Motion
 from sim.motion.trajectory.exact_stop import Trajectory, generate
+from sim.motion.trajectory.program import AGH, set_points
 from sim.robot.parameters import Robot
 from sim.robot.records import SetPoints
 from sim.robot.tracking import joint_path
@@ -30,7 +30,7 @@ def trajectory() -> Trajectory:
 
 @pytest.fixture(scope="module")
 def path(robot, trajectory) -> SetPoints:
-    points = nios.set_points(trajectory, None)
+    points = set_points(trajectory, None)
     return stroke(robot, points, *trajectory.first_ticks[BAR : BAR + 2])
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The closed loop of `make dual`: repeats at another period, partial results, page of figures."""
+"""The closed loop of `microtick dual`: repeats at another period, partial results, page."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from sim.bench.dual.loop import TICK, Loop, differing, follow, stretches_of
 from sim.bench.dual.moves import moves_of
 from sim.bench.dual.report import DATA, PAGE, PageError, nominal_clocks, publish, replaced
 from sim.bench.dual.system import TwoProcessors
-from sim.bench.run.nios import set_points
 from sim.core import closed_loop
 from sim.core.controller import ControllerFault
 from sim.motion.gcode.interpreter import parse_file
 from sim.motion.trajectory.exact_stop import generate
+from sim.motion.trajectory.program import set_points
 from sim.report.marks import MarksError
 from sim.robot.parameters import Robot
 from tests.dual.test_path import MOVES, QUICK, SHORT
@@ -253,13 +253,15 @@ def test_page__takes_no_other_run(change, tmp_path):
     data = json.loads(DATA.read_text(encoding="utf-8")) | change
     file = tmp_path / "results.json"
     file.write_text(json.dumps(data))
-    with pytest.raises(PageError, match="the page shows the whole path A-G-H: run `make dual`"):
+    with pytest.raises(
+        PageError, match="the page shows the whole path A-G-H: run `microtick dual`"
+    ):
         publish(file, tmp_path / "page.md", tmp_path / "kept.json")
     assert not (tmp_path / "kept.json").exists()
 
 
 def test_page__without_results_or_marks_says_what_to_do(tmp_path, capsys):
     assert command.main(["--docs", "--output", str(tmp_path)]) == 1
-    assert "run `make dual` first" in " ".join(capsys.readouterr().out.split())
+    assert "run `microtick dual` first" in " ".join(capsys.readouterr().out.split())
     with pytest.raises(MarksError, match="0 pairs of marks `<!-- whole path"):
         replaced("nothing", json.loads(DATA.read_text(encoding="utf-8")))

@@ -14,11 +14,11 @@ from sim.bench.dual.__main__ import main
 from sim.bench.dual.moves import RING_RECORDS, PathNotSuitedError, moves_of, rest
 from sim.bench.dual.report import nominal_clocks, set_point_errors
 from sim.bench.dual.system import TwoProcessors, program
-from sim.bench.run.nios import set_points
 from sim.core import closed_loop
 from sim.core.controller import AsipController, ControllerFault
 from sim.motion.gcode.interpreter import parse, parse_file
 from sim.motion.trajectory.exact_stop import MotionSettings, generate
+from sim.motion.trajectory.program import set_points
 from sim.robot.parameters import Robot
 from sim.robot.plant import Plant
 from sim.robot.records import SET_POINTS

@@ -14,10 +14,10 @@ import pytest
 
 from sim.bench.dual.moves import Move, moves_of
 from sim.bench.dual.system import RATES, TwoProcessors, program
-from sim.bench.run.nios import set_points
 from sim.core.controller import AsipController, ControllerFault
 from sim.motion.gcode.interpreter import parse_file
 from sim.motion.trajectory.exact_stop import generate
+from sim.motion.trajectory.program import set_points
 from sim.robot.parameters import Robot
 from sim.robot.plant import Plant
 from sim.rtl.asip_bus import CSR, FAULT_NAMES, STATUS

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`make bus`: long results are kept for their sources only, a failing row is a row, the page."""
+"""`microtick bus`: long results are kept for their sources only, a failing row is a row."""
 
 from __future__ import annotations
 

@@ -3,18 +3,17 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 from collections.abc import Sequence
 from dataclasses import asdict
 
-from asip_asm.command import command
+from asip_asm.command import command, script_parser
 
 try:
     import bitwuzla
 except ModuleNotFoundError:
-    sys.exit("python -m tests.formal: no solver is installed here; `make formal` installs it")
+    sys.exit("python -m tests.formal: no solver is installed here; `make setup-synth` installs it")
 from rich.console import Console
 
 from sim.report.marks import between_marks
@@ -161,11 +160,8 @@ def page_text(report: dict) -> str:
 @command("python -m tests.formal")
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 if all is proved (or every fault seen), 1 if not, 2 for usage."""
-    parser = argparse.ArgumentParser(
-        prog="python -m tests.formal",
-        description=__doc__,
-        epilog="example: python -m tests.formal --only add compare --timeout 600",
-    )
+    prog = "python -m tests.formal"
+    parser = script_parser(__doc__, f"{prog} --only add compare --timeout 600", prog)
     names = [proof.name for proof in PROOFS]
     parser.add_argument("--only", nargs="+", metavar="PROOF", help="these proofs; see --list")
     parser.add_argument("--quick", action="store_true", help="only the short proofs")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Proofs of fp_sincos: operands outside the reduction, symmetry, independence of earlier operands.
 
-Between 2^-12 and 256 rad the unit approximates; `make fp-campaign` measures the error of every
+Between 2^-12 and 256 rad the unit approximates; `microtick fp campaign` measures the error of every
 operand there. `angle_outside` proves the rest of the operands, `angle_symmetry` that the result is
 a function of the operand alone and has the symmetry of the function, so that what was measured
 with one operand after another holds in any order.

@@ -39,7 +39,7 @@ def test_page__present_rtl__is_up_to_date(capsys) -> None:
         ("Latency 4, interval 1.", "Latency 3, interval 1."),
         ("| `sub_i` | input |", "| `sub_i` | output |"),
         ("| [`fp_mul`]", "| [`fp_none`]"),
-        ("make fp-bench OP=div", "make fp-bench OP=mul"),
+        ("microtick fp bench --op div", "microtick fp bench --op mul"),
     ],
 )
 def test_check__block_edited_by_hand__is_refused(

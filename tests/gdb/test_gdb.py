@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""GDB itself, built by `make nios-toolchain`, on nios_sw/demo/speed.c: a session of 40 commands."""
+"""GDB of `make tools T=nios-toolchain` itself on nios_sw/demo/speed.c: a session of 40 commands."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The program for FPGA2 by which tests run a law's C without the cross compiler.
 
-`python -m tests.model_compiler.law_image`, which `make nios-sw` calls, builds it.
+`python -m tests.model_compiler.law_image`, which `microtick nios-sw` calls, builds it.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Goals of area and clock of `make robots`: marked with their commit, never met by accident."""
+"""Goals of area and clock of `microtick robots`: with their commit, never met by accident."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def test_clock_goals__figures_of_this_rtl_alone_are_met_or_missed(
 def test_figures_of_another_core_or_none_are_not_met(same_rtl):
     other = core_goals(document("old"))
     assert len(missed(other)) == len(ROWS)
-    assert "the core is another one now; make synth measures it" in goal_text(other[0])
+    assert "the core is another one now; microtick synth measures it" in goal_text(other[0])
     none = core_goals({})
     assert len(missed(none)) == len(ROWS) and none[0]["value"] is None
     assert goal_text(none[0]).startswith("core fast, logic: - ALUTs, goal 12010: NOT MET (not mea")

@@ -90,7 +90,9 @@ def test_c_on_fpga2_has_the_bits_of_the_program_and_the_sine_of_the_core(name, t
 @needs("nios-gcc")
 def test_committed_image_is_built_from_its_law(tmp_path):
     built = build_elf(compile_law(sample()), tmp_path, ROWS)
-    assert read_elf(built).memories == read_elf(IMAGE).memories, "make nios-sw renews the image"
+    assert read_elf(built).memories == read_elf(IMAGE).memories, (
+        "microtick nios-sw renews the image"
+    )
 
 
 def one(function: ca.Function, ports: list[Port]) -> Compiled:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`make side-by-side`: what it measures is there and in order; times of this machine are free."""
+"""`microtick side-by-side`: what it measures is there and in order; times are free."""
 
 from __future__ import annotations
 
@@ -52,11 +52,11 @@ def test_other_bits_are_the_exit_status(tmp_path, monkeypatch, capsys):
 
 def test_missing_cross_compiler_is_told_with_its_cure(tmp_path, monkeypatch, capsys):
     def missing(*_):
-        raise CompilerError("help:  make nios-toolchain builds it (once)")
+        raise CompilerError("help:  make tools T=nios-toolchain builds it (once)")
 
     monkeypatch.setattr(command, "side_by_side", lambda request, say: missing())
     assert command.main([*OPTIONS, "--output", str(tmp_path)]) == 1
-    assert "make nios-toolchain" in capsys.readouterr().err
+    assert "make tools T=nios-toolchain" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("option", (["--runs", "0"], ["--law", "nobody"]))

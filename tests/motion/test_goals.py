@@ -117,16 +117,16 @@ def test_page_of_the_repository__has_the_features_of_today():
     table = page.split("<!-- goals: ")[1].split("<!-- end of goals -->")[0]
     listed = [line.split(" | ")[0].removeprefix("| ") for line in table.splitlines()[4:] if line]
     asked = [feature.name for feature in goals.FEATURES]
-    assert listed == asked, "run make motion and .venv/bin/python -m sim.bench.motion.goals"
+    assert listed == asked, "run microtick motion and .venv/bin/python -m sim.bench.motion.goals"
 
 
 @pytest.mark.parametrize(
     ("results", "page", "message"),
     [
-        (None, "x", "run make motion first"),
-        ("{}", "x", "'goals'; run make motion again"),
+        (None, "x", "run microtick motion first"),
+        ("{}", "x", "'goals'; run microtick motion again"),
         ('{"goals": []}', "x", "0 pairs of marks `<!-- goals: ... -->`"),
-        ("no json", "x", "run make motion again"),
+        ("no json", "x", "run microtick motion again"),
     ],
 )
 def test_command__without_results_or_marks__tells_what_to_do(
@@ -143,18 +143,18 @@ def test_command__without_results_or_marks__tells_what_to_do(
 
 def test_command__results__are_written_between_the_marks(tmp_path):
     file, target = tmp_path / "results.json", tmp_path / "page.md"
-    goal = goals.Goal("a feature", "-", "1", "1.5", False, "make motion")
+    goal = goals.Goal("a feature", "-", "1", "1.5", False, "microtick motion")
     file.write_text(json.dumps({"goals": goals.document([goal])}))
     target.write_text(MARKED)
     assert goals.main(["--results", str(file), "--page", str(target)]) == 0
-    assert "| a feature | - | 1 | 1.5 | **not met** | `make motion` |" in target.read_text()
+    assert "| a feature | - | 1 | 1.5 | **not met** | `microtick motion` |" in target.read_text()
 
 
 def test_command__measure__takes_the_figures_there_are_and_stores_the_goals(tmp_path, monkeypatch):
     file, target = tmp_path / "results.json", tmp_path / "page.md"
     file.write_text(json.dumps({"full": False, "figures": rows(), "goals": []}))
     target.write_text(MARKED)
-    goal = goals.Goal("a feature", "-", "1", "1.5", True, "make motion")
+    goal = goals.Goal("a feature", "-", "1", "1.5", True, "microtick motion")
     seen = []
 
     def table(figures, counts, report):

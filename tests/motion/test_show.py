@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command `make motion`: table, page and results; the front-end RTL on a short move."""
+"""The command `microtick motion`: table, page and results; the front-end RTL on a short move."""
 
 from __future__ import annotations
 

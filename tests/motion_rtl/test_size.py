@@ -67,7 +67,7 @@ def test_limits__size(name, change, kept):
 
 def test_command__results__count_for_their_sources_only(tmp_path, monkeypatch, capsys):
     results = tmp_path / "sizes.json"
-    with pytest.raises(KeyError, match="run make motion-size"):
+    with pytest.raises(KeyError, match="run microtick motion-size"):
         current(results)
     size = {"luts": 90, "registers": 60, "multipliers": 0}
     designs = {name: {"ecp5": size, "xc7": size} for name in DESIGNS}

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Planted faults: `make test-mutants` shows that the short set of the fast bench finds each."""
+"""Planted faults: `microtick mutants` shows that the short set of the fast bench finds each."""

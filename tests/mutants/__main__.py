@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,7 +10,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from asip_asm.command import command
+from asip_asm.command import command, command_parser
 from sim.core.fpbench import operations
 from sim.core.fpbench.native import BenchError, flag_text
 from sim.core.fpbench.variants import bench_unit
@@ -58,7 +57,7 @@ def show(fault: Fault, report: Path) -> int:
     verdict = load_report(report)[0].get(fault.number)
     words = dict(word.split("=") for word in (verdict.case if verdict else "").split()[2:])
     if verdict is None or "OP" not in words:
-        raise TableError(f"{fault.macro}: no failing case in {report}; run `make test-mutants`")
+        raise TableError(f"{fault.macro}: no failing case in {report}; run `microtick mutants`")
     op = words["OP"]
     operands = [int(words[name], 16) for name in "ABC"[: operations()[op][1]]]
     result = bench_unit(fault.unit, COPY, {fault.macro: ""}).run_list(op, [operands])
@@ -74,11 +73,8 @@ def show(fault: Fault, report: Path) -> int:
 @command("python -m tests.mutants")
 def main(argv: Sequence[str] | None = None) -> int:
     """Entry point; 0 all caught, 1 a fault not caught, RTL that fails or a user error, 2 usage."""
-    parser = argparse.ArgumentParser(
-        prog="python -m tests.mutants",
-        description=__doc__,
-        epilog="examples: python -m tests.mutants --only 4 fp_add; ... --show 4",
-    )
+    prog = "python -m tests.mutants"
+    parser = command_parser(prog, __doc__, f"examples: {prog} --only 4 fp_add; {prog} --show 4")
     parser.add_argument("--only", nargs="+", default=[], metavar="FAULT", help="number or file")
     parser.add_argument("--show", metavar="FAULT", help="the failing case of one fault, and stop")
     parser.add_argument("--jobs", type=int, default=2, help="processes")

@@ -145,7 +145,7 @@ def shared(unit_name: str, faults: Sequence[Fault], marks: Mapping[int, str]) ->
                 row = int(np.argmax(wrong[:, lane]))
                 operands = tuple(int(word) for word in words[row, :count])
                 got, got_flags = int(bits[row, lane]), int(flags[row, lane])
-                case = f"make fp-case {Mismatch(op, operands, got, 0, got_flags, 0).arguments}"
+                case = f"microtick fp case {Mismatch(op, operands, got, 0, got_flags, 0).arguments}"
                 if lane == 0:
                     raise BuildError(f"the RTL without a fault fails: {case}")
                 fault = faults[lane - 1]
@@ -162,7 +162,7 @@ def alone(fault: Fault, mark: str) -> Verdict:
         report = run_parts(unit, op, SEED)
         done += report.cases
         if not report.good:
-            case = report.protocol or f"make fp-case {report.failures[0].arguments}"
+            case = report.protocol or f"microtick fp case {report.failures[0].arguments}"
             return Verdict(fault.number, True, case, done, True, mark)
     return Verdict(fault.number, False, "not found", done, True, mark)
 

@@ -102,7 +102,7 @@ def test_command__kept_verdicts__decide_the_exit_status(
 ) -> None:
     entry = next(entry for entry in TABLE if entry.name == "fp_f2i.sv")
     ops = [op for op, (unit, _) in operations().items() if unit == entry.unit]
-    verdict = Verdict(entry.number, caught, "make fp-case OP=f2i A=0", 1, False, mark_of(entry))
+    verdict = Verdict(entry.number, caught, "microtick fp case f2i 0", 1, False, mark_of(entry))
     sounds = {op: Sound(op, good, 1, "FAIL here", sound_mark(op)) for op in ops}
     path = tmp_path / "report.json"
     store(TABLE, {entry.number: verdict}, sounds, path)
@@ -141,8 +141,8 @@ def test_faults__underflow_and_sticky_in_one_simulation__are_found_and_a_harmles
     for verdict in verdicts.values():
         words = re.findall(r"[AB]=([0-9a-f]{8})", verdict.case)
         assert unit.run_list("mul", [[int(word, 16) for word in words]]).good, verdict
-    assert verdicts[4].case == "make fp-case OP=mul A=007fffff B=3f800001"
-    assert verdicts[5].case == "make fp-case OP=mul A=00ffffff B=3f000000"
+    assert verdicts[4].case == "microtick fp case mul 007fffff 3f800001"
+    assert verdicts[5].case == "microtick fp case mul 00ffffff 3f000000"
 
 
 def test_report__that_cannot_be_read__counts_as_none(tmp_path: Path) -> None:
@@ -177,7 +177,7 @@ def test_shared__lane_without_a_fault_fails__is_an_error(monkeypatch) -> None:
     monkeypatch.setattr(campaign, "bench_unit", WrongUnit)
     monkeypatch.setattr(campaign, "write_lanes", lambda *_: [])
     chosen = [entry for entry in TABLE if entry.name == "fp_f2i.sv"]
-    with pytest.raises(BuildError, match="without a fault fails: make fp-case OP=f2i A=4f000000"):
+    with pytest.raises(BuildError, match="without a fault fails: microtick fp case f2i 4f000000"):
         campaign.shared("fp_f2i", chosen, marks_of(chosen))
 
 

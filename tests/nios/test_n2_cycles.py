@@ -22,7 +22,7 @@ def test_instruction__cycles__as_nios2_f_or_better(row):
 
 def test_cycle_table__in_the_documentation__is_what_was_measured():
     document = DOCUMENT.read_text(encoding="utf-8")
-    assert page_text(document, core()) == document, "run: make nios-cycles"
+    assert page_text(document, core()) == document, "run: microtick nios-cycles"
 
 
 def test_command__document_without_marks__says_which_lines_it_needs(tmp_path, capsys):

@@ -94,7 +94,9 @@ def test_program_outside_of_the_memories_is_refused(tmp_path):
 
 
 def test_missing_or_damaged_image_is_refused(tmp_path):
-    with pytest.raises(nios_image.ImageError, match="no such program; `make nios-sw` builds them"):
+    with pytest.raises(
+        nios_image.ImageError, match="no such program; `microtick nios-sw` builds them"
+    ):
         nios_image.load("nothing", tmp_path)
     whole = (SOFTWARE / "images/tracking_fpga2.elf").read_bytes()
     (tmp_path / "bad.elf").write_bytes(whole[:2000])
@@ -115,7 +117,7 @@ def test_missing_cross_compiler_is_reported_with_its_cure():
     )
     assert done.returncode != 0
     assert "error: no cross compiler at /nowhere/bin/nios2-elf-gcc" in done.stderr
-    assert "make nios-toolchain builds it" in done.stderr
+    assert "make tools T=nios-toolchain builds it" in done.stderr
 
 
 def test_toolchain_script_refuses_an_unknown_argument():

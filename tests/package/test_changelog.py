@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The changelog begins with the version of the package, its date, and how to upgrade to it."""
+"""The changelog begins with the version of the package, its date, and how to upgrade to it.
+
+What is not released yet may come before it.
+"""
 
 from __future__ import annotations
 
@@ -11,11 +14,12 @@ from packaging.version import Version
 
 from asip_asm.project import ROOT
 
+UNRELEASED = re.compile(r"^## Unreleased\n.*?(?=^## )", re.M | re.S)
 HEADING = re.compile(r"^## (\S+)(?: \((\S+)\))?$", re.M)
 
 
 def test_newest_entry__is_the_version_of_the_package__dated__with_an_upgrade_note():
-    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    text = UNRELEASED.sub("", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"))
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     found = HEADING.findall(text)
     assert len(found) == text.count("\n## ") > 1

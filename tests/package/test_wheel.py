@@ -17,6 +17,7 @@ import pytest
 
 from asip_asm.project import ROOT
 from scripts.doc_blocks import code_blocks, write_files
+from sim import verbs
 from sim.report import provenance
 from tests.bench.commands import output
 from tests.bench.copies import share_models
@@ -49,10 +50,26 @@ for module in pkgutil.walk_packages(importlib.import_module("microtick").__path_
 foreign = sorted({"asip_asm", "sim", "scripts", "tests"} & set(sys.modules))
 print(json.dumps({"imported": count, "missed": missed, "place": last.__file__, "foreign": foreign}))
 """
+HELP_OF_VERBS = """\
+import contextlib, io, json
+from microtick.sim import verbs
+found = {}
+for name in verbs.verbs(verbs.offered()):
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+        try:
+            status = verbs.main([name, "--help"])
+        except SystemExit as stop:
+            status = stop.code
+    found[name] = status, said.getvalue()
+print(json.dumps(found))
+"""
+NEED_AN_EXTRA = {"model", "cocotb", "robots", "side-by-side"}
 OF_THE_EXTRA = (
-    *("microtick.asip_asm.model.", "microtick.sim.laws.asip_model.", "microtick.sim.laws.native."),
-    *("microtick.sim.bench.platforms.", "microtick.sim.prove_", "microtick.sim.laws."),
-    *("microtick.sim.bench.drive.", "microtick.sim.certificate_"),
+    *("microtick.asip_asm.model.", "microtick.sim.laws."),
+    *("microtick.sim.bench.platforms.", "microtick.sim.bench.shown_robots."),
+    *("microtick.sim.bench.drive.", "microtick.sim.bench.certificate_goals"),
+    "microtick.sim.bench.best_goals",
 )
 OF_THE_BUS = [  # the extra `bus`
     f"microtick.sim.bus.{module}"
@@ -173,9 +190,23 @@ def test_source_package__makes_the_same_wheel__with_its_commit(wheel: Path, tmp_
 
 def test_commands__of_the_wheel__are_those_run_here(installed: Installed) -> None:
     asip = {f"asip-{name}" for name in ("as", "objdump", "run", "dbg", "model", "scope")}
-    assert set(COMMANDS) == asip | {"nios-run"}
+    assert set(COMMANDS) == asip | {"nios-run", "microtick"}
     for command in set(COMMANDS) - {"asip-model"}:
-        assert "usage" in installed.must(command, "--help")
+        assert f"usage: {command} " in installed.must(command, "--help")
+
+
+def test_verbs__of_the_wheel__explain_themselves_or_name_the_extra(installed: Installed) -> None:
+    """The entry `python -m microtick` is the command; both know the verbs of the wheel alone."""
+    assert installed.must("python", "-P", "-m", "microtick") == installed.must("microtick")
+    found = json.loads(installed.must("python", "-c", HELP_OF_VERBS))
+    wanted = verbs.verbs(verbs.GROUPS)
+    assert set(found) == set(wanted) and not set(found) & set(verbs.verbs(verbs.OF_A_CHECKOUT))
+    for name, (status, said) in found.items():
+        if status == 1:
+            assert re.search(r"pip install 'microtick\[(model|scope|bus|cocotb)\]'", said), said
+        else:
+            assert status == 0 and said.startswith(f"usage: microtick {name} "), said
+    assert {name for name, (status, _) in found.items() if status} <= NEED_AN_EXTRA
 
 
 def test_every_module__in_the_empty_environment__is_imported_or_needs_the_extra(
@@ -248,7 +279,7 @@ def with_model(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Install
 def test_asip_model__with_its_extra__writes_a_program(with_model: Installed) -> None:
     installed, folder = with_model, with_model.folder
     assert (
-        json.loads(installed.must("python", "-c", IMPORT_ALL))["missed"] == OF_COCOTB + OF_THE_BUS
+        json.loads(installed.must("python", "-c", IMPORT_ALL))["missed"] == OF_THE_BUS + OF_COCOTB
     )
     installed.must("python", "-c", LAW)
     (folder / "law.interface.toml").write_text(INTERFACE, encoding="utf-8")

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from sim.bench.run import page
-from sim.bench.run.nios import set_points
 from sim.core.closed_loop import Recording
 from sim.core.controller import EXPORTED, Ticks
 from sim.motion.gcode.interpreter import parse_file
 from sim.motion.geometry.moves import Motion
 from sim.motion.trajectory.exact_stop import generate
+from sim.motion.trajectory.program import set_points
 from sim.robot.parameters import Robot
 from sim.robot.records import OUTPUTS
 from sim.robot.tracking import joint_path

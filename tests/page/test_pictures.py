@@ -11,7 +11,7 @@ from tests.page.browser import Browser
 
 @pytest.fixture
 def figure():
-    """Every kind of curve that the figures of `make motion` have."""
+    """Every kind of curve that the figures of `microtick motion` have."""
     plt = pictures.pyplot("test")
     made = plt.figure(figsize=(8, 6))
     grid = made.add_gridspec(2, 2)

@@ -180,7 +180,7 @@ def test_quartus_project_adds_the_listed_files_in_order_then_the_board(tmp_path)
 
 def test_quartus_project__from_plain_verilog__has_that_file_alone(tmp_path):
     file = tmp_path / "project/build/plain/quartus/asip_de3.v"
-    assert quartus_assignments(tmp_path, "plain")[-1][1].endswith("is missing; run make plain")
+    assert quartus_assignments(tmp_path, "plain")[-1][1].endswith("is missing; run microtick plain")
     file.parent.mkdir(parents=True)
     file.touch()
     made = quartus_assignments(tmp_path, "plain")

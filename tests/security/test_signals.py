@@ -71,5 +71,5 @@ def test_recipes__of_jobs_replace_their_shell():
     jobs = [
         line for line in lines if re.match(r"\t@?(exec )?\$\(PY\) -m (sim|tests|scripts)", line)
     ]
-    assert len(jobs) > 15
+    assert len(jobs) > 1
     assert [line for line in jobs if "exec " not in line] == []

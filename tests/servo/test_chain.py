@@ -23,10 +23,10 @@ from sim.bench.drive.response import LARGE, analyse, averaged_responses, average
 from sim.bench.drive.sample import BEFORE, SKIP, per_tick, same_currents
 from sim.bench.drive.whole import FrictionController
 from sim.bench.dual.moves import moves_of
-from sim.bench.run.nios import PATH, set_points
 from sim.laws.drive.current_law import Setting, gains
 from sim.motion.gcode.interpreter import parse_file
 from sim.motion.trajectory.exact_stop import MotionSettings, generate
+from sim.motion.trajectory.program import AGH, set_points
 from sim.robot import plant as rigid
 from sim.robot.drives import Drives
 from sim.robot.parameters import Robot
@@ -71,7 +71,7 @@ def test_averaged_inverter__step_of_the_current_with_dead_time():
 def chain(written: bool, program: str | Image) -> tuple[Chain, np.ndarray]:
     """Begun, with electrical angles written (the true ones) or aligned; the joints' path."""
     settings = MotionSettings(ROBOT)
-    trajectory = generate(parse_file(PATH), settings)
+    trajectory = generate(parse_file(AGH), settings)
     path = set_points(trajectory, 400)
     plant = Plant(ROBOT, DRIVES)
     at = (*path.position[0].tolist(), *path.table_position[0].tolist())

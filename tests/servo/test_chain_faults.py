@@ -14,10 +14,10 @@ from sim.bench.drive.averaged import at_joints, true_angles
 from sim.bench.drive.path import Chain
 from sim.bench.drive.plant import Plant
 from sim.bench.dual.moves import moves_of
-from sim.bench.run.nios import set_points
 from sim.core.controller import ControllerFault
 from sim.motion.gcode.interpreter import parse_file
 from sim.motion.trajectory.exact_stop import MotionSettings, generate
+from sim.motion.trajectory.program import set_points
 from sim.robot.drives import Drives
 from sim.robot.parameters import Robot
 from sim.robot.tracking import joint_path

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The decoder at its highest rate, with jitter and turns; 10^9 edges in `make drive RUN=full`."""
+"""The decoder at its highest rate, jitter and turns; 10^9 edges in `microtick drive --full`."""
 
 from __future__ import annotations
 

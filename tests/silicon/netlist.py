@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Netlist of a module as `make bitstream` maps it to ECP5 cells, for simulation and for proofs.
+"""Netlist of a module as `microtick bitstream` maps it to ECP5 cells, for simulation and proofs.
 
 Yosys writes it (`synth_ecp5`), once per content of the sources. LUTs, flip-flops, carries and
 distributed memory are modelled by Yosys's own share/ecp5, block RAM and multipliers by
@@ -118,7 +118,7 @@ def make_plain(
     name: str = "",
     folders: Sequence[Path] = (ROOT / "rtl",),
 ) -> Netlist:
-    """The plain Verilog of `top` as `make quartus` writes it, in the form of a netlist.
+    """The plain Verilog of `top` as `microtick quartus` writes it, in the form of a netlist.
 
     It has no cells of a device. Raises NetlistError.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rows of `make silicon`: what was not measured, or at another clock, is not met."""
+"""Rows of `microtick silicon`: what was not measured, or at another clock, is not met."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_boards__without_a_result__are_listed_and_not_met(board_rows):
 
 def test_boards__result_at_another_clock__counts_for_nothing(board_rows):
     row = board_rows(ulx3s=result(101.0, 100.0, True))["ulx3s: core clock"]
-    assert row.value is None and not row.met and "make bitstream BOARD=ulx3s" in row.note
+    assert row.value is None and not row.met and "microtick bitstream ulx3s" in row.note
 
 
 def test_boards__two_that_meet_100_mhz__meet_the_goal(board_rows):

@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -14,10 +12,9 @@ from sim.motion.lookahead.planner import Lookahead
 from sim.motion.lookahead.settings import LookaheadSettings
 from sim.motion.trajectory.exact_stop import TooLongError, generate, on_number_grid
 from sim.motion.trajectory.path_limits import EXACT_STOP, FEED, limited_by
-from sim.motion.trajectory.program import MOST_TICKS, REST_AT_START, plan
+from sim.motion.trajectory.program import AGH, MOST_TICKS, REST_AT_START, plan
 from sim.robot.parameters import Robot
 
-AGH = Path(__file__).parents[2] / "sim/paths/agh.ngc"
 ROBOT = Robot.load()
 REST = round(REST_AT_START / ROBOT.T_s)
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Invert single bits of the core's registers and memories in whole ticks; see what comes of it.
 
-    make upsets                 quick form, to build/upsets.json and docs/upsets.md
-    make upsets RUN=full        to full depth; goes on where it was stopped
+    microtick upsets                 quick form, to build/upsets.json and docs/upsets.md
+    microtick upsets --full        to full depth; goes on where it was stopped
     python -m tests.upsets --core plain --replay "4 157 TOP.asip.u_run.u_control.state_q.1"
 
 A line of --replay is: tick, clock in the tick, register or memory[word], bit. Every case of
@@ -84,10 +84,10 @@ def inject(depth: str, jobs: int, scheduler: str | None, console: Console) -> di
     return cores
 
 
-@command("make upsets")
+@command("microtick upsets")
 def main(arguments: Sequence[str] | None = None) -> int:
     """Command line."""
-    parser = command_parser("make upsets", __doc__)
+    parser = command_parser("microtick upsets", __doc__)
     parser.add_argument("--full", action="store_true", help="to full depth")
     parser.add_argument("--jobs", type=int, default=2, help="processes (2)")
     parser.add_argument("--scheduler", help="address of a Dask scheduler in place of processes")

@@ -27,15 +27,14 @@ from sim.bench.cnc.position_loop import (
     greatest_acceleration,
     simulate,
 )
-from sim.bench.run import nios
 from sim.motion.gcode.interpreter import parse_file
 from sim.motion.geometry.moves import Motion
 from sim.motion.planner.figures import Result
 from sim.motion.trajectory.exact_stop import MotionSettings, generate
+from sim.motion.trajectory.program import AGH, set_points
 from sim.report import pictures
 from sim.robot.parameters import Robot
 
-AGH = Path(__file__).resolve().parents[2] / "paths/agh.ngc"
 JERK_TIME = 0.02  # s, of the S-curve moves
 LOOPS = {"1st-order loop": Drive(), "2nd-order loop": Drive(damping=math.sqrt(0.5))}
 PROFILES = {"trapezoid": 0.0, "S-curve": JERK_TIME}
@@ -152,7 +151,7 @@ def robot_figures(
     """
     output.mkdir(parents=True, exist_ok=True)
     trajectory = generate(parse_file(AGH, robot=robot), MotionSettings(robot))
-    path = nios.set_points(trajectory, None)
+    path = set_points(trajectory, None)
     if full:
         parts = {"AGH": path}
     else:

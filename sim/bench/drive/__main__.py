@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measure the goals of the motor drives, to build/drive.json and build/drive.html.
 
-    python -m sim.bench.drive    what is simulated; `make drive` adds area, clock and proofs
+    python -m sim.bench.drive    what is simulated; `microtick drive` adds area, clock, proofs
 
 Exit status: 0 if no goal is missed, 1 if one is or the run stopped with an error, 2 wrong command
 line.

@@ -46,7 +46,7 @@ EQUAL = (0.2, 20.0)  # um of a leg, urad of a table axis: largest errors, averag
 SAME_CURRENT = 4e-3  # A rms: averaged inverters with orders and motion of every clock
 
 
-FULL_RUN = "make drive RUN=full"
+FULL_RUN = "microtick drive --full"
 
 
 @dataclass(frozen=True)

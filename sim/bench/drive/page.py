@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page of `make drive`: steps, frequency responses, reversals and harmonics in pictures."""
+"""The page of `microtick drive`: pictures of steps, frequency responses, reversals, harmonics."""
 
 from __future__ import annotations
 

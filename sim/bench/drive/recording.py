@@ -25,10 +25,10 @@ from sim.bench.drive.path import Chain
 from sim.bench.drive.plant import Plant
 from sim.bench.dual.moves import Move, moves_of
 from sim.bench.dual.system import TRAJECTORY_PROGRAM, program
-from sim.bench.run.nios import set_points
 from sim.laws.drive.current_law import Setting
 from sim.motion.gcode.interpreter import parse_file
 from sim.motion.trajectory.exact_stop import MotionSettings, generate
+from sim.motion.trajectory.program import set_points
 from sim.robot.drives import Drives
 from sim.robot.parameters import Robot
 from sim.robot.records import SetPoints

@@ -79,7 +79,7 @@ def record(system: ChainRtl, addresses: list[int], rows: ArrayLike) -> NDArray[n
     if system.look().shoot_through:
         raise start_up.StartUpError(
             "both gates of a phase were on: the RTL of the PWM is broken, not a parameter wrong; "
-            "`make formal T=no_shoot_through` shows where"
+            "`microtick formal --only no_shoot_through` shows where"
         )
     return system.halves()[1 : count + 1]
 

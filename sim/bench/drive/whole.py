@@ -17,12 +17,12 @@ from sim.bench.drive.chain import ORDER_FILTER
 from sim.bench.drive.friction_law import compiled
 from sim.bench.drive.plant import AXES, Plant
 from sim.bench.drive.response import NOISE
-from sim.bench.run.nios import PATH, set_points
 from sim.core import closed_loop
 from sim.laws.drive.current_law import Setting
 from sim.laws.native.controller import NativeController
 from sim.motion.gcode.interpreter import parse_file
 from sim.motion.trajectory.exact_stop import MotionSettings, generate
+from sim.motion.trajectory.program import AGH, set_points
 from sim.robot.drives import Drives
 from sim.robot.parameters import Robot
 from sim.robot.records import SetPoints
@@ -67,7 +67,7 @@ def reversals(robot: Robot, path: SetPoints) -> NDArray[np.bool_]:
     return near
 
 
-def path_of(robot: Robot, ticks: int | None = None, file: Path = PATH) -> SetPoints:
+def path_of(robot: Robot, ticks: int | None = None, file: Path = AGH) -> SetPoints:
     """Set-points of the A-G-H path or another."""
     return set_points(generate(parse_file(file, robot=robot), MotionSettings(robot)), ticks)
 

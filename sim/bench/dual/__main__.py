@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from asip_asm.command import command
+from asip_asm.command import command, command_parser
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.isa import IsaError, default_isa
-from asip_asm.project import BUILD, ROOT
+from asip_asm.project import BUILD
 from sim.bench.dual.loop import Loop, follow, stretches_of
 from sim.bench.dual.moves import PathNotSuitedError, moves_of
 from sim.bench.dual.report import (
@@ -30,7 +30,6 @@ from sim.bench.dual.report import (
     write,
 )
 from sim.bench.dual.system import TwoProcessors, program
-from sim.bench.run.nios import set_points
 from sim.bench.run.progress import TickProgress
 from sim.core import closed_loop
 from sim.core.controller import AsipController, ControllerFault
@@ -39,12 +38,23 @@ from sim.motion.gcode.interpreter import GcodeErrors, parse_file
 from sim.motion.geometry.override import overridden_program
 from sim.motion.lookahead.limits import MachineLimits
 from sim.motion.trajectory.exact_stop import MotionSettings, WorkspaceError, generate
+from sim.motion.trajectory.program import AGH, set_points
 from sim.report.marks import MarksError
 from sim.robot.parameters import ParameterError, Robot
 from sim.robot.records import SetPoints
 from sim.robot.tracking import joint_path
 from sim.rtl.asip_rtl import AsipError
 from sim.rtl.build import BuildError
+
+EPILOG = """\
+examples:
+  python -m sim.bench.dual sim/paths/agh.ngc --ticks 2000 --period 12500
+  python -m sim.bench.dual --short-only
+  python -m sim.bench.dual --docs
+
+Both ends of the path and its corners are repeated with the clocks of a control period from the same
+state. The run stops if any bit of words, commands, counts or positions differs. results.json is
+written during the run; a stopped run records there how far it got."""
 
 SHORT_PERIOD = 512  # clocks: above the work of a period in every configuration
 SAVE_TICKS = 10_000  # between two partial results
@@ -176,18 +186,8 @@ def _so_far(figures: Callable[[], dict[str, Any]], loop: Loop) -> dict[str, Any]
 @command("python -m sim.bench.dual")
 def main(argv: list[str] | None = None) -> int:
     """Command line; returns the exit code."""
-    parser = argparse.ArgumentParser(
-        prog="python -m sim.bench.dual",
-        description=__doc__,
-        epilog="examples: python -m sim.bench.dual sim/paths/agh.ngc --ticks 2000 --period 12500; "
-        "python -m sim.bench.dual --short-only; python -m sim.bench.dual --docs. "
-        "Both ends of the path and its corners are repeated with the clocks of a control period "
-        "from the same state, and the run stops if any bit of words, commands, counts or positions "
-        "differs. results.json is written as it goes; a stopped run says there how far it got.",
-    )
-    parser.add_argument(
-        "gcode", type=Path, nargs="?", default=ROOT / "sim/paths/agh.ngc", help="path (RS-274)"
-    )
+    parser = command_parser("python -m sim.bench.dual", __doc__, EPILOG)
+    parser.add_argument("gcode", type=Path, nargs="?", default=AGH, help="path (RS-274)")
     add_robot_option(parser, "dual")
     add_override_option(parser)
     parser.add_argument("--ticks", type=int, help="only the first TICKS ticks of the path")

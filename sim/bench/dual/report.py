@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `make dual` measures: cycles, time left, hand-over, set-points against the plan."""
+"""What `microtick dual` measures: cycles, time left, hand-over, set-points against the plan."""
 
 from __future__ import annotations
 
@@ -289,13 +289,13 @@ def publish(results_file: Path, page: Path = PAGE, kept: Path = DATA) -> None:
     try:
         data = json.loads(results_file.read_text(encoding="utf-8"))
     except (FileNotFoundError, json.JSONDecodeError) as error:
-        raise PageError(f"{results_file}: error: {error}; run `make dual` first") from error
+        raise PageError(f"{results_file}: error: {error}; run `microtick dual` first") from error
     as_programmed = data.get("feed_override_percent", AS_PROGRAMMED) == AS_PROGRAMMED
     whole = data["complete"] and data["whole_path"] and as_programmed
     if not whole or data["path"] != "agh.ngc":
         raise PageError(
             f"{results_file}: error: {data['ticks_done']} of {data['ticks']} ticks of "
-            f"{data['path']}; the page shows the whole path A-G-H: run `make dual`"
+            f"{data['path']}; the page shows the whole path A-G-H: run `microtick dual`"
         )
     text = replaced(page.read_text(encoding="utf-8"), data)
     write(kept, data)

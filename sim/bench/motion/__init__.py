@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The motion front-end as a whole: `show` is `make motion`, `goals` what it is to reach.
+"""The motion front-end as a whole: `show` is `microtick motion`, `goals` what it is to reach.
 
 `step_stream` makes records for five axes of any path, `sizes` keeps area and clock.
 """

@@ -2,8 +2,8 @@
 """Goals of the motion front-end: what each is to reach, by whom it is measured, what was found.
 
 A check stands below `FEATURES.feature`, which says what it measures; goals_*.py hold them. A check
-gets how much to run and the figures of `make motion` by name, and returns its text and whether the
-goal is met. It raises KeyError where a figure is not there.
+gets how much to run and the figures of `microtick motion` by name, and returns its text and whether
+the goal is met. It raises KeyError where a figure is not there.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ class Features(list[Feature]):
 
 
 def figures(*names: str) -> Check:
-    """A check: figures that `make motion` has measured already."""
+    """A check: figures that `microtick motion` has measured already."""
 
     def check(counts: Counts, rows: Rows) -> Measured:
         found = [rows[name] for name in names]

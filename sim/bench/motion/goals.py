@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the front-end is to do, feature by feature, beside what it does: measured by `make motion`.
+"""What the front-end is to do, feature by feature, and what `microtick motion` measured of it.
 
     python -m sim.bench.motion.goals            writes the table of the last run into docs/motion.md
     python -m sim.bench.motion.goals --measure  measures the goals again first, with its figures
 
-Every value comes from a run: of the module named, of the RTL, or of the figures of `make motion`.
-A feature that takes too long for that has no value here; its command measures it.
+Every value comes from a run: of the module named, of the RTL, or of the figures of
+`microtick motion`. A feature that takes too long for that has no value here; its command
+measures it.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ def table(
     report: Callable[[str], None],
     hardware: bool = True,
 ) -> list[Goal]:
-    """Measures every feature; rows: the figures of `make motion` so far; report gets its name.
+    """Measures every feature; rows: the figures of `microtick motion` so far; report gets its name.
 
     hardware: also what runs on simulated RTL.
     """
@@ -111,10 +112,10 @@ def main(argv: list[str] | None = None) -> int:
     """Command line; returns the exit code."""
     parser = argparse.ArgumentParser(
         prog="python -m sim.bench.motion.goals",
-        description="Write the table of goals of the last `make motion` into docs/motion.md.",
+        description="Write the table of goals of the last `microtick motion` into docs/motion.md.",
         epilog="example: python -m sim.bench.motion.goals --results build/motion/results.json",
     )
-    parser.add_argument("--results", type=Path, default=RESULTS, help="results of make motion")
+    parser.add_argument("--results", type=Path, default=RESULTS, help="results of microtick motion")
     parser.add_argument("--page", type=Path, default=PAGE, help="page with the marks")
     parser.add_argument("--measure", action="store_true", help="measure the goals again")
     arguments = parser.parse_args(argv)
@@ -128,10 +129,10 @@ def main(argv: list[str] | None = None) -> int:
             write_text(arguments.results, text)
         write_between_marks(arguments.page, {"goals": markdown(results["goals"])})
     except OSError as error:
-        sys.stderr.write(f"{error.filename}: error: {error.strerror}; run make motion first\n")
+        sys.stderr.write(f"{error.filename}: error: {error.strerror}; run microtick motion first\n")
         return 1
     except (KeyError, TypeError, ValueError) as error:
-        sys.stderr.write(f"{parser.prog}: error: {error}; run make motion again\n")
+        sys.stderr.write(f"{parser.prog}: error: {error}; run microtick motion again\n")
         return 1
     return 0
 

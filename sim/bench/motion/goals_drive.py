@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Goals that are figures of `make motion`: step axes of a path, drive study, robot."""
+"""Goals that are figures of `microtick motion`: step axes of a path, drive study, robot."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def _robot(case: str, rows: Rows) -> Measured:
     return figures(name)(Counts(), rows)
 
 
-@FEATURES.feature("robot on AGH, 2 m/min: law; drives", "-", "< 10 um", "make motion RUN=full")
+@FEATURES.feature("robot on AGH, 2 m/min: law; drives", "-", "< 10 um", "microtick motion --full")
 def robot(counts: Counts, rows: Rows) -> Measured:
     """Largest tool errors of the computed-torque law and of the drives."""
     law = _robot("computed torque", rows)

@@ -44,7 +44,7 @@ def compare_goal(counts: Counts, rows: Rows) -> Measured:
     "make test T=test_chords",
 )
 def times(counts: Counts, rows: Rows) -> Measured:
-    """Times of the CNC paper's figure 5, as `make motion` has measured them."""
+    """Times of the CNC paper's figure 5, as `microtick motion` has measured them."""
     steps, smooth, stops = (
         float(rows[name]["ours"])
         for name in (

@@ -103,7 +103,7 @@ def jitter(counts: Counts, rows: Rows) -> Measured:
     "step and direction timing",
     "none stated",
     "four times kept",
-    "make test T=drive_timing; proved: make formal T=step_timing",
+    "make test T=drive_timing; proved: microtick formal --only step_timing",
     simulated=True,
 )
 def drive_times(counts: Counts, rows: Rows) -> Measured:
@@ -162,10 +162,10 @@ def slow_pulses(counts: Counts, rows: Rows) -> Measured:
     "sizes of pulse, velocity block, front-end",
     "152; 2330; 3037 LUT (one axis)",
     "<= 100; <= 400; <= 3000 LUT (five axes), 100 MHz",
-    "make motion-size",
+    "microtick motion-size",
 )
 def sizes(counts: Counts, rows: Rows) -> Measured:
-    """Sizes that `make motion-size` found for the present RTL. Raises KeyError without them."""
+    """Sizes by `microtick motion-size` of the present RTL. Raises KeyError without them."""
     found = measured_sizes()
     parts = [f"{found[name]['ecp5']['luts']}" for name in SIZE_LIMITS]
     plain, paths = found["motion_front_end"], found["motion_front_end, interpolators"]
@@ -233,7 +233,7 @@ def circles(counts: Counts, rows: Rows) -> Measured:
     "one line in N axes",
     "no",
     "each axis <= 0.5 step",
-    "make test T=line_in_all_axes; proved: make formal T=synchronised_nodes",
+    "make test T=line_in_all_axes; proved: microtick formal --only synchronised_nodes",
     simulated=True,
 )
 def line_in_axes(counts: Counts, rows: Rows) -> Measured:

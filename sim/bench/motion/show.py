@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Everything of the motion front-end that can be shown, from one command: `make motion`.
+"""Everything of the motion front-end that can be shown, from one command: `microtick motion`.
 
 Figures of two papers (docs/sources.md) drawn anew, the drive and feed-forward study, the front-end
 as RTL on a move of the S-curve paper and on a G64 program, and the goals: two tables, results.json,
@@ -21,7 +21,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from asip_asm.command import command
+from asip_asm.command import command, command_parser
 from asip_asm.files import write_text
 from sim.bench.cnc import figures as drive_figures
 from sim.bench.cnc.robot import PAYLOAD
@@ -226,11 +226,8 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
 @command("python -m sim.bench.motion.show")
 def main(argv: list[str] | None = None) -> int:
     """Command line; returns the exit code."""
-    parser = argparse.ArgumentParser(
-        prog="python -m sim.bench.motion.show",
-        description=__doc__,
-        epilog="example: python -m sim.bench.motion.show --no-rtl --output build/motion",
-    )
+    example = "example: python -m sim.bench.motion.show --no-rtl --output build/motion"
+    parser = command_parser("python -m sim.bench.motion.show", __doc__, example)
     parser.add_argument(
         "--output", type=Path, default=ROOT / "build/motion", help="folder of everything written"
     )

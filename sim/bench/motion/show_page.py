@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page of `make motion`: pictures with what they show, then the tables."""
+"""The page of `microtick motion`: pictures with what they show, then the tables."""
 
 from __future__ import annotations
 

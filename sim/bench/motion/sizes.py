@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sizes and clock of the motion front-end that `make motion-size` measured, and their limits.
+"""Sizes and clock of the motion front-end that `microtick motion-size` measured, and their limits.
 
 scripts/motion_size.py measures them; this module knows the designs, what they may take, and whether
 stored figures are of the present RTL.
@@ -75,7 +75,7 @@ def current(results: Path = RESULTS) -> dict[str, Any]:
     try:
         stored = json.loads(results.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
-        raise KeyError(f"no sizes in {results.name}; run make motion-size") from error
+        raise KeyError(f"no sizes in {results.name}; run microtick motion-size") from error
     if stored.get("mark") != mark():
-        raise KeyError(f"{results.name} is of other sources; run make motion-size")
+        raise KeyError(f"{results.name} is of other sources; run microtick motion-size")
     return stored["designs"]

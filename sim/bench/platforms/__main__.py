@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`make side-by-side`: one law on the core, on FPGA2 and on this machine."""
+"""`microtick side-by-side`: one law on the core, on FPGA2 and on this machine."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ EPILOG = """examples:
   python -m sim.bench.platforms --law scara --runs 5000000
   python -m sim.bench.platforms --docs          # docs/platforms.md from build/side_by_side.json
 
-FPGA2 needs the cross compiler, `make nios-toolchain`.
+FPGA2 needs the cross compiler, `make tools T=nios-toolchain`.
 
 exit status: 0 written, 1 an error, or results whose bits are not the interpreter's; 2 wrong command
 line

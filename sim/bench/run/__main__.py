@@ -13,13 +13,14 @@ from rich.console import Console
 
 from asip_asm.command import INTERRUPTED, cause_of, command_parser, count
 from asip_asm.diagnostics import AssemblyError
-from asip_asm.project import BUILD, ROOT
+from asip_asm.project import BUILD
 from sim.bench.run.estimate import PLATFORMS
 from sim.bench.run.job import Order, PathError, run
 from sim.bench.run.workers import WorkerLost
 from sim.core.controller import ControllerFault
 from sim.motion.command import add_override_option, add_robot_option
 from sim.motion.gcode.tools import add_tools_option
+from sim.motion.trajectory.program import AGH
 from sim.robot.parameters import ParameterError
 from sim.rtl.build import BuildError
 from sim.rtl.nios_image import ImageError
@@ -64,7 +65,7 @@ def _arguments() -> argparse.ArgumentParser:
         "gcode",
         type=Path,
         nargs="?",
-        default=ROOT / "sim/paths/agh.ngc",
+        default=AGH,
         help="path, G-code (sim/paths/agh.ngc)",
     )
     add_robot_option(parser, "run")

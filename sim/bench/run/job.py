@@ -22,7 +22,6 @@ from asip_asm.image import Image
 from asip_asm.project import ROOT
 from sim.bench.run import checks, estimate, nios, page, scoped, tables
 from sim.bench.run.estimate import AS_PRINTED, LAW, OPTIMISED
-from sim.bench.run.nios import set_points
 from sim.bench.run.progress import TickProgress, duration
 from sim.bench.run.results import Comparison, ProgramRun, compare, results, worst_of_bound
 from sim.bench.run.workers import Workers
@@ -35,7 +34,7 @@ from sim.motion.gcode.tools import NO_TOOLS, tool_file
 from sim.motion.geometry.override import AS_PROGRAMMED, overridden_program
 from sim.motion.lookahead.limits import MachineLimits
 from sim.motion.trajectory.path_limits import limited_by
-from sim.motion.trajectory.program import ProgramPath, plan
+from sim.motion.trajectory.program import ProgramPath, plan, set_points
 from sim.robot import float32
 from sim.robot.parameters import Robot
 from sim.robot.records import SetPoints, TrackingResult

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,8 +20,8 @@ from sim.bench.run import results
 from sim.core import closed_loop
 from sim.core.controller import EXPORTED, ControllerFault, Ticks
 from sim.motion.gcode.interpreter import parse_file
-from sim.motion.trajectory.exact_stop import MotionSettings, Trajectory, generate
-from sim.motion.trajectory.program import ProgramPath
+from sim.motion.trajectory.exact_stop import MotionSettings, generate
+from sim.motion.trajectory.program import AGH, set_points
 from sim.robot import float32
 from sim.robot.errors import max_abs_error
 from sim.robot.parameters import Robot
@@ -33,7 +32,6 @@ from sim.rtl.nios_map import default_system_map
 from sim.rtl.nios_profile import Profile, profile
 from sim.rtl.nios_rtl import NiosError, NiosRtl
 
-PATH = Path(__file__).resolve().parents[2] / "paths/agh.ngc"
 AXES = 5
 START_CYCLES = 20_000  # more than the program needs from reset to its first poll
 CHUNK = 100  # ticks between two progress calls
@@ -127,7 +125,7 @@ def profile_path(platform: str, program: Program, first: int, ticks: int) -> Pro
     Raises ValueError if the path is shorter, NiosError, BuildError.
     """
     robot = Robot.load()
-    trajectory = generate(parse_file(PATH, robot=robot), MotionSettings(robot))
+    trajectory = generate(parse_file(AGH, robot=robot), MotionSettings(robot))
     n = first + ticks
     if n > len(trajectory.position):
         raise ValueError(f"the path has {len(trajectory.position)} ticks, {n} asked for")
@@ -164,13 +162,6 @@ class NiosRun:
     results: Ticks
     variant_cycles: dict[str, NDArray[np.uint32]]
     simulated: int
-
-
-def set_points(trajectory: Trajectory | ProgramPath, ticks: int | None = None) -> SetPoints:
-    """The first `ticks` set-points of a trajectory, None: all."""
-    parts = (trajectory.position, trajectory.velocity, trajectory.acceleration)
-    parts = [part[:ticks] for part in parts]
-    return SetPoints(*(part[:, :3] for part in parts), *(part[:, 3:] for part in parts))
 
 
 def sampled(ticks: int, boosted: NDArray[np.integer], sample: Sample) -> list[range]:

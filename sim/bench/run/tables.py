@@ -251,7 +251,7 @@ def resource_table(document: Mapping[str, Any], published: Published) -> Table:
         "Table 4  resources",
         "How much of an FPGA each processor takes, and its clock frequency. Published: Stratix "
         f"III. Ours: {where}area is Yosys for Cyclone V, clock is nextpnr for ECP5-85 grade 8, "
-        "median and range over several runs; `make synth` measures anew.",
+        "median and range over several runs; `microtick synth` measures anew.",
         "",
         ("ALUTs", "registers", "DSP 18x18", "memory\n\\[kbit]", "Fmax [MHz]\n"),
         dense=True,

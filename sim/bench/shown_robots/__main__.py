@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`make robots`: compile, prove and close the loop of every robot shown; table, JSON, one page."""
+"""`microtick robots`: compile, prove and close the loop of every robot shown; table, JSON, page."""
 
 from __future__ import annotations
 

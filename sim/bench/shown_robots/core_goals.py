@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Goals of the core's area and clock, from what `make synth` measured, with the commit it measured.
+"""Goals of the core's area and clock, as `microtick synth` measured them, with the commit.
 
 A row is not met where the figure is missing, or where a module of the core is not that of
 the commit any more, or where a clock is the median of fewer than five seeds.
@@ -50,7 +50,7 @@ class Figure:
 
 
 def figure(document: Mapping[str, Any], top: str, field: str) -> Figure:
-    """A field of `make synth` of a top. document: of build/synth.json."""
+    """A field of `microtick synth` of a top. document: of build/synth.json."""
     figures = document.get("tops", {}).get(top, {})
     value, commit = figures.get(field), figures.get("commit", "")
     note, enough = f"measured at commit {commit}", True
@@ -60,10 +60,10 @@ def figure(document: Mapping[str, Any], top: str, field: str) -> Figure:
         if not enough:
             note += f", with {runs} seeds of {SEEDS}"
     if value is None:
-        return Figure(None, False, commit, "not measured; make synth measures it")
+        return Figure(None, False, commit, "not measured; microtick synth measures it")
     current = bool(commit) and unchanged_since(commit, _sources(top, figures))
     if not current:
-        note += ", the core is another one now; make synth measures it"
+        note += ", the core is another one now; microtick synth measures it"
     return Figure(value, current and enough, commit, note)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The robots that `make robots` shows, and what it does with each."""
+"""The robots that `microtick robots` shows, and what it does with each."""
 
 from __future__ import annotations
 

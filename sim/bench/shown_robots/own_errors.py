@@ -12,13 +12,13 @@ from asip_asm.assemble import assemble
 from asip_asm.model.compiler import Compiled
 from asip_asm.project import ROOT
 from sim.bench.run.checks import TARGET_PATH
-from sim.bench.run.job import PROGRAMS, set_points
+from sim.bench.run.job import PROGRAMS
 from sim.bench.run.results import compare
 from sim.core.closed_loop import run
 from sim.core.controller import AsipController
 from sim.laws.native.controller import NativeController
 from sim.motion.gcode.interpreter import parse
-from sim.motion.trajectory.program import plan
+from sim.motion.trajectory.program import plan, set_points
 from sim.robot.parameters import Robot
 from sim.robot.records import OUTPUTS, SetPoints
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Table and page of `make robots`."""
+"""Table and page of `microtick robots`."""
 
 from __future__ import annotations
 

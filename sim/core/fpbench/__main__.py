@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from asip_asm.command import run_command
+from asip_asm.command import command_parser, run_command
 from asip_asm.files import write_text
 from sim.core.fpbench import campaign, plan, report
 from sim.core.fpbench.native import LANES, RTL, BenchError, Unit, flag_text, operations, unit_of
@@ -171,7 +171,9 @@ def run_campaign(arguments: argparse.Namespace) -> int:
         return 130
     summary = report.collect(plan.sections(size))
     path = report.write(summary)
-    console.print(f"written: {path.relative_to(report.ROOT)}; `make fp-report` puts it into docs")
+    console.print(
+        f"written: {path.relative_to(report.ROOT)}; `microtick fp report` puts it into docs"
+    )
     # Shards that were finished before count too: a mismatch never gets lost by resuming.
     chosen_names = {section.name for section in selected}
     rows = [row for row in summary["rows"] if row["section"] in chosen_names]
@@ -191,11 +193,8 @@ def make_report(arguments: argparse.Namespace) -> int:
 
 def parser() -> argparse.ArgumentParser:
     """The command line."""
-    top = argparse.ArgumentParser(
-        prog="python -m sim.core.fpbench",
-        description=__doc__,
-        epilog="example: python -m sim.core.fpbench case mul 00ffffff 3f000000",
-    )
+    example = "example: python -m sim.core.fpbench case mul 00ffffff 3f000000"
+    top = command_parser("python -m sim.core.fpbench", __doc__, example)
     seed = int(os.environ.get("SEED", "1"))
     commands = top.add_subparsers(dest="command", required=True)
 
@@ -203,7 +202,7 @@ def parser() -> argparse.ArgumentParser:
         example: str, purpose: str, run: Callable[[argparse.Namespace], int]
     ) -> argparse.ArgumentParser:
         """Parser of the command that the example begins with."""
-        epilog = f"example: python -m sim.core.fpbench {example}"
+        epilog = f"example: {top.prog} {example}"
         added = commands.add_parser(example.split()[0], help=purpose, epilog=epilog)
         added.set_defaults(run=run)
         return added

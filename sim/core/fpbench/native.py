@@ -100,13 +100,12 @@ class Mismatch:
 
     @property
     def arguments(self) -> str:
-        """`OP=mul A=00ffffff B=3f000000`, what `make fp-case` takes."""
-        words = (f"{n}={x:08x}" for n, x in zip("ABC", self.operands, strict=False))
-        return " ".join((f"OP={self.op}", *words))
+        """`mul 00ffffff 3f000000`, what `microtick fp case` takes."""
+        return " ".join((self.op, *(f"{word:08x}" for word in self.operands)))
 
     def __str__(self) -> str:
         return (
-            f"FAIL make fp-case {self.arguments}"
+            f"FAIL microtick fp case {self.arguments}"
             f"  # got {self.got:08x} {flag_text(self.got_flags)}"
             f"  want {self.want:08x} {flag_text(self.want_flags)}"
         )

@@ -4,7 +4,7 @@
 import sys
 
 
-def main() -> int:
+def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit status, 1 without CasADi."""
     try:
         from sim.laws.asip_model import __main__ as command
@@ -17,4 +17,4 @@ def main() -> int:
             file=sys.stderr,
         )
         return 1
-    return command.main()
+    return command.main(arguments)

@@ -12,7 +12,6 @@ angles in degrees. Both have the tools of LinuxCNC's sample configurations, if t
 
 from __future__ import annotations
 
-import argparse
 import cmath
 import itertools
 import math
@@ -28,7 +27,7 @@ from pathlib import Path
 
 import numpy as np
 
-from asip_asm.command import command
+from asip_asm.command import command, script_parser
 from asip_asm.files import read_text, write_text
 from sim.motion.gcode.interpreter import GcodeErrors, parse
 from sim.motion.gcode.oracle_splines import Point
@@ -404,11 +403,9 @@ def compare_samples() -> Samples:
 @command("python -m sim.motion.gcode.oracle")
 def main(argv: list[str] | None = None) -> int:
     """Run the command; returns its exit status."""
-    parser = argparse.ArgumentParser(
-        prog="python -m sim.motion.gcode.oracle",
-        description="Fetch LinuxCNC's interpreter, or compare it with ours on programs.",
-        epilog="example: python -m sim.motion.gcode.oracle sim/paths/circle.ngc",
-    )
+    prog = "python -m sim.motion.gcode.oracle"
+    purpose = "Fetch LinuxCNC's interpreter, or compare it with ours on programs."
+    parser = script_parser(purpose, f"{prog} sim/paths/circle.ngc", prog)
     parser.add_argument("files", nargs="*", type=Path, metavar="FILE")
     parser.add_argument("--samples", action="store_true", help="compare LinuxCNC's own samples")
     arguments = parser.parse_args(argv)

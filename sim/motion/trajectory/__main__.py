@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from rich.table import Table
 
-from asip_asm.command import command
+from asip_asm.command import command, script_parser
 from asip_asm.files import open_output, refuse_overwriting
 from sim.motion.command import (
     add_override_option,
@@ -35,11 +35,9 @@ MOST_SHOWN = 2_500_000  # set-points: this command keeps below 1 GiB
 
 def _arguments() -> argparse.ArgumentParser:
     defaults = {field.name: field.default for field in fields(MotionSettings)}
-    parser = argparse.ArgumentParser(
-        prog="python -m sim.motion.trajectory",
-        description="Check a G-code program and show the motion made of it.",
-        epilog="example: python -m sim.motion.trajectory sim/paths/agh.ngc --csv build/agh.csv",
-    )
+    prog = "python -m sim.motion.trajectory"
+    purpose = "Check a G-code program and show the motion made of it."
+    parser = script_parser(purpose, f"{prog} sim/paths/agh.ngc --csv build/agh.csv", prog)
     parser.add_argument("program", type=Path, help="G-code file")
     add_robot_option(parser, "trajectory")
     add_tools_option(parser)

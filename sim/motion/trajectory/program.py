@@ -23,6 +23,7 @@ from itertools import groupby
 import numpy as np
 from numpy.typing import NDArray
 
+from asip_asm.project import ROOT
 from sim.motion.geometry.curves import FloatArray, curve_of, to_si
 from sim.motion.geometry.moves import Dwell, Motion, Move, Pose, Program
 from sim.motion.lookahead.joints import SlowestJoints
@@ -32,12 +33,15 @@ from sim.motion.trajectory.exact_stop import (
     TICK_ROUNDING,
     MotionSettings,
     TooLongError,
+    Trajectory,
     generate,
     on_number_grid,
 )
 from sim.robot.parameters import Robot
+from sim.robot.records import SetPoints
 
 REST_AT_START = 0.1  # s, in which the controller settles
+AGH = ROOT / "sim/paths/agh.ngc"
 MOST_TICKS = 1_500_000  # of a program to be simulated, which needs some 2.5 kB a tick
 
 
@@ -254,3 +258,10 @@ def _looking_ahead(
     if held is None:  # rests alone
         number, pose, _ = items[0]
         yield _resting(pose, math.fsum(rests), robot.T_s, number)
+
+
+def set_points(trajectory: Trajectory | ProgramPath, ticks: int | None = None) -> SetPoints:
+    """The first `ticks` set-points of a trajectory, None: all."""
+    parts = (trajectory.position, trajectory.velocity, trajectory.acceleration)
+    parts = [part[:ticks] for part in parts]
+    return SetPoints(*(part[:, :3] for part in parts), *(part[:, 3:] for part in parts))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A board of `make bitstream` without the board: its Verilated top, its serial port as a device.
+"""A board of `microtick bitstream` without the board: its Verilated top, a serial port as device.
 
 python -m sim.rtl.board ulx3s
 """
