@@ -28,7 +28,9 @@ if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
 settings.register_profile("no deadline", settings(), deadline=None)
 settings.load_profile("no deadline")
 build.assertions = True
-build.optimisation = "-O1"  # a third of the time to compile; the models run nearly as fast
+build.optimisation = os.environ["MODEL_OPTIMISATION"] = (
+    "-O1"  # of commands in their own process too
+)
 
 
 @pytest.fixture(scope="session")
