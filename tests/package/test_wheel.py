@@ -302,8 +302,8 @@ def test_your_robot__word_for_word_with_the_wheel(
     environment = with_model.environment | {"HOME": str(tmp_path)}
     environment["PATH"] = f"{with_model.commands}:{environment['PATH']}"
     said = output("sh", "-e", "page.sh", cwd=work, env=environment, timeout=900)
-    assert said.count("bits equal the interpreter's") == 7
-    assert len(re.findall("^proved$", said, re.M)) == 5
+    assert said.count("bits equal the interpreter's") == 8
+    assert len(re.findall("^proved$", said, re.M)) == 6
     assert "200 ticks of 2 functions in turn" in said
     assert "closed loop: 1000 ticks" in said
     on_core, in_c, _ = re.findall(r"^(?!.* N m ) *torque +=? *([-+0-9.e]+)", said, re.M)
