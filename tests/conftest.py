@@ -4,6 +4,8 @@
 import os
 import re
 import shutil
+import signal
+import tempfile
 from collections.abc import Generator
 from pathlib import Path
 from typing import Any
@@ -11,6 +13,7 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
+from asip_asm.command import cause_of
 from asip_asm.project import BUILD
 from sim.robot.parameters import Robot
 from sim.rtl import build, coverage, wave_layout, waves
@@ -18,17 +21,42 @@ from tests.bench import needs
 
 MOST_FILES = 40  # of counts, before they are merged
 
+# A shell ignores interrupts for what it starts behind itself, and so would every server that a test
+# starts and ends by one: each would go on for a minute, until it is killed.
+if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
 # A slow machine fails no test: hypothesis allows an example 200 ms by default.
 settings.register_profile("no deadline", settings(), deadline=None)
 settings.load_profile("no deadline")
 build.assertions = True
-build.optimisation = "-O1"  # a third of the time to compile; the models run nearly as fast
+build.optimisation = os.environ["MODEL_OPTIMISATION"] = (
+    "-O1"  # of commands in their own process too
+)
 
 
 @pytest.fixture(scope="session")
 def robot() -> Robot:
     """The robot of sim/robot.toml."""
     return Robot.load()
+
+
+def stop(number: int, frame: object) -> None:
+    """TERM and HUP end the tests as Ctrl-C does, so that they end the programs that they run."""
+    raise KeyboardInterrupt
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """The folder of results is made before any test: in a read-only checkout, say so at once."""
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, stop)
+    if not hasattr(config, "workerinput"):
+        try:
+            BUILD.mkdir(exist_ok=True)
+            tempfile.TemporaryFile(dir=BUILD).close()
+        except OSError as error:
+            raise pytest.UsageError(cause_of(error)) from error
 
 
 @pytest.hookimpl(tryfirst=True)
