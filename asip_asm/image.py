@@ -173,7 +173,7 @@ class Image(msgspec.Struct, forbid_unknown_fields=True):
         """The image as JSON data, with its checksum."""
         head = {"format": FORMAT, "version": VERSION, "checksum": "", "title": self.title}
         head |= {"configuration": self.configuration, "entry": self.entry}
-        data = head | msgspec.to_builtins(self)
+        data: dict[str, Any] = head | msgspec.to_builtins(self)
         for name in ("parameters", "functions"):
             if not data[name]:
                 del data[name]

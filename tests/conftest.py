@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import settings
 
 from asip_asm.project import BUILD
 from sim.robot.parameters import Robot
@@ -17,6 +18,9 @@ from tests.bench import needs
 
 MOST_FILES = 40  # of counts, before they are merged
 
+# A slow machine fails no test: hypothesis allows an example 200 ms by default.
+settings.register_profile("no deadline", settings(), deadline=None)
+settings.load_profile("no deadline")
 build.assertions = True
 build.optimisation = "-O1"  # a third of the time to compile; the models run nearly as fast
 

@@ -26,10 +26,15 @@ from asip_asm.diagnostics import closest
 from asip_asm.interface import load_interface
 from asip_asm.isa import default_isa
 from asip_asm.model.graph import Graph
+from asip_asm.model.onnx_file import SUFFIX as ONNX
+from asip_asm.model.onnx_file import OnnxPolicy, load_onnx
 from asip_asm.model.read import Entry, ModelError, Scalars, read_function, scalars
 from asip_asm.model.saved import SavedFunction, load_saved
 from asip_asm.signals import COUNT, Interface, Signal
 from asip_asm.source import is_reserved
+
+Model = ca.Function | SavedFunction | OnnxPolicy
+"""What a law is made of."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +68,7 @@ class Law:
     """A function with its ports. `title` names the program, `doc` describes it in one line."""
 
     title: str
-    function: ca.Function | SavedFunction
+    function: Model
     ports: Sequence[Port]
     doc: str = ""
     rate: float = 10_000.0
@@ -79,7 +84,7 @@ class Law:
     def scalars(self) -> Scalars:
         """The function in scalar instructions. Raises ModelError."""
         function = self.function
-        return function.scalars if isinstance(function, SavedFunction) else scalars(function)
+        return scalars(function) if isinstance(function, ca.Function) else function.scalars
 
     def arguments(self) -> list[tuple[str, list[Port]]]:
         """Name and ports of each of the function's arguments, a port for each element.
@@ -100,15 +105,16 @@ NEXT = "_next"
 """Behind the name of a state, or of its vector: the result with its next value."""
 
 
-def load_function(source: ca.Function | SavedFunction | Path | str) -> ca.Function | SavedFunction:
-    """A function as it is, or that of a file which `Function.save` wrote. Raises ModelError."""
-    return load_saved(Path(source)) if isinstance(source, Path | str) else source
+def load_function(source: Model | Path | str) -> Model:
+    """A function as it is, or that of an ONNX file or one of `Function.save`. Raises ModelError."""
+    if not isinstance(source, Path | str):
+        return source
+    path = Path(source)
+    return load_onnx(path) if path.suffix.lower() == ONNX else load_saved(path)
 
 
-def load_law(
-    function: ca.Function | SavedFunction | Path | str, record: Interface | Path | str
-) -> Law:
-    """Law of a function, or a file of `Function.save`, and an interface record.
+def load_law(function: Model | Path | str, record: Interface | Path | str) -> Law:
+    """Law of a function, an ONNX file or one of `Function.save`, and an interface record.
 
     An argument `<input>_rate` is the speed of an encoder: the record has a state of unit 'count'
     that starts from the input, and the constant or parameter `T_s`, seconds between ticks. Raises

@@ -18,10 +18,11 @@ import msgspec
 import numpy as np
 
 from asip_asm.interface import load_interface
-from asip_asm.model.law import Law
-from asip_asm.model.saved import SavedFunction, load_saved
+from asip_asm.model.law import Law, Model, load_function
+from asip_asm.model.onnx_file import OnnxPolicy
+from asip_asm.model.saved import SavedFunction
 from asip_asm.signals import Interface, evaluate
-from sim.laws.prove_reference import Shape, Truth, Values, Wire
+from sim.laws.prove_reference import Reference, Shape, Truth, Values, Wire
 
 POINTS = 2000
 """Points of one call."""
@@ -114,12 +115,24 @@ def truth_of(law: Law) -> Truth:
         )
         for port in law.ports
     ]
-    return Truth(CasadiReference(law.function), wires)
+    return Truth(_reference(law.function), wires)
 
 
 def truth_of_files(function: Path, record: Path) -> Truth:
-    """Truth of a saved function and its interface file. Raises ModelError, InterfaceError."""
-    return Truth(CasadiReference(load_saved(function)), read_wires(record))
+    """Truth of a function or policy file and its interface file.
+
+    Raises ModelError, InterfaceError.
+    """
+    model = load_function(function)
+    return Truth(_reference(model), read_wires(record))
+
+
+def _reference(model: Model) -> Reference:
+    if isinstance(model, OnnxPolicy):
+        from sim.laws.prove_onnx import OnnxReference
+
+        return OnnxReference(model)
+    return CasadiReference(model)
 
 
 def read_wires(path: Path) -> list[Wire]:

@@ -85,7 +85,7 @@ def test_operation__symbolic_register__is_refused() -> None:
         encode_operation(Operation("mov", reg("c0"), reg("a64")), ISA, {})
 
 
-@settings(max_examples=500, deadline=None, derandomize=True)
+@settings(max_examples=500, derandomize=True)
 @given(st.integers(0, (1 << 40) - 1), st.integers(0, 2))
 def test_word__decodes_to_an_operation_of_the_same_word_or_is_refused(word: int, slot: int) -> None:
     try:

@@ -168,7 +168,6 @@ def program(draw: st.DrawFn) -> str:
 
 SETTINGS = settings(
     max_examples=150,
-    deadline=None,
     derandomize=True,
     print_blob=True,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.filter_too_much],

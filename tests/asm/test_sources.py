@@ -23,7 +23,7 @@ GOOD = sorted(path.name for path in FOLDER.glob("ok_*.s"))
 DOUBTFUL = sorted(path.name for path in FOLDER.glob("warn_*.s"))
 PROJECT = [
     *sorted((ROOT / "asip_asm" / "programs").glob("*.s")),
-    ROOT / "sim" / "driver" / "leg_length.s",
+    ROOT / "sim" / "core" / "host" / "leg_length.s",
 ]
 BAD = sorted(path.name for path in FOLDER.glob("err_*.s"))
 

@@ -279,7 +279,7 @@ def with_model(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Install
 def test_asip_model__with_its_extra__writes_a_program(with_model: Installed) -> None:
     installed, folder = with_model, with_model.folder
     assert (
-        json.loads(installed.must("python", "-c", IMPORT_ALL))["missed"] == OF_COCOTB + OF_THE_BUS
+        json.loads(installed.must("python", "-c", IMPORT_ALL))["missed"] == OF_THE_BUS + OF_COCOTB
     )
     installed.must("python", "-c", LAW)
     (folder / "law.interface.toml").write_text(INTERFACE, encoding="utf-8")
@@ -302,8 +302,8 @@ def test_your_robot__word_for_word_with_the_wheel(
     environment = with_model.environment | {"HOME": str(tmp_path)}
     environment["PATH"] = f"{with_model.commands}:{environment['PATH']}"
     said = output("sh", "-e", "page.sh", cwd=work, env=environment, timeout=900)
-    assert said.count("bits equal the interpreter's") == 7
-    assert len(re.findall("^proved$", said, re.M)) == 5
+    assert said.count("bits equal the interpreter's") == 8
+    assert len(re.findall("^proved$", said, re.M)) == 6
     assert "200 ticks of 2 functions in turn" in said
     assert "closed loop: 1000 ticks" in said
     on_core, in_c, _ = re.findall(r"^(?!.* N m ) *torque +=? *([-+0-9.e]+)", said, re.M)

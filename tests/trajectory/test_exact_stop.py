@@ -169,7 +169,7 @@ def test_generate__move_shorter_than_its_acceleration__keeps_the_acceleration_ti
 coordinates = st.integers(-100, 100)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(
     st.lists(
         st.tuples(

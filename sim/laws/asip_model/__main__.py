@@ -292,15 +292,18 @@ def _prove_c(built: Built, options: argparse.Namespace) -> bool:
 def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     """Options of the command line; SystemExit(2) if they are wrong."""
     parser = command_parser(
-        "asip-model", "Compile a CasADi function into a program for the core.", EPILOG
+        "asip-model",
+        "Compile a CasADi function, an ONNX policy or a robot's URDF into a program for the core.",
+        EPILOG,
     )
     parser.add_argument(
         "files",
         type=Path,
         nargs="+",
         metavar="FILE",
-        help="file that casadi.Function.save wrote with its interface record (*.interface.toml), "
-        "or a robot's URDF; several: one image, a function of each, named after its file",
+        help="file that casadi.Function.save wrote, or a policy (.onnx), with its interface record "
+        "(*.interface.toml), or a robot's URDF; several: one image, a function of each, named "
+        "after its file",
     )
     parser.add_argument("-o", dest="output", metavar="STEM", help="files to write, without suffix")
     parser.add_argument(
