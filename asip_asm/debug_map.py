@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Debug maps: where each value of a source is at each bundle of its program (docs/debug_map.md).
+"""Debug maps: where each value of a source is at each bundle of its program (docs/debugger.md).
 
 A *position* is the bundle that issues next: at position p all bundles before p on the way there are
 done and p is not. The position behind the last bundle is the end of the run. `asip-as` writes the

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The record of a controller program's interface: inputs, states, outputs, exports, their units and
-limits (`<program>.interface.toml`; format: docs/interfaces.md).
+limits (`<program>.interface.toml`; format: docs/assembly.md).
 
 The assembler reads it (`.interface`), and C headers, simulations, tests and documents are made from
 it. An entry of the file describes one signal or several that differ in nothing but their names.
@@ -159,7 +159,7 @@ class _Loader:
                 key = missing.group(1)
                 cure = f"add '{key} = ...'"
                 raise self.fail(where, f"{subject}'{key}' is missing", cure) from None
-            cure = "write it as the format says (docs/interfaces.md)"
+            cure = "write it as the format says (docs/assembly.md)"
             raise self.fail(where, f"{subject}{cause[:1].lower()}{cause[1:]}", cure) from None
 
     # ------------------------------------------------------------------ the record

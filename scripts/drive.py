@@ -147,8 +147,8 @@ def page_text(page: str, results: dict[str, Any]) -> str:
             f"| that | middle of the voltage it makes | {late['voltage']:.0f} us |\n"
         ),
         "pulse": (
-            f"A count of the table is {late['count']:.0f} urad, and the tracking law makes "
-            f"{late['pulse']:.0f} N m for 100 us of it,\n"
+            f"One count of the table is {late['count']:.0f} urad. The tracking law answers it with "
+            f"{late['pulse']:.0f} N m for one tick of 100 us.\n"
         ),
         "blocks": block_table(results.get("blocks", [])),
         "goals": markdown_table(results["goals"]),

@@ -27,10 +27,10 @@ their arguments make of them.
 
 {rows}
 
-`tests/model_compiler/test_function_errors.py` holds the operations, in exact binary32, to these
-figures: at zeros of both signs, subnormal numbers, ends of domains and places where branches meet,
-and for every float of a binade of each branch; `make test-full` tries every float of the domain of
-a function of one argument, and more pairs drawn for one of two.
+`tests/model_compiler/test_function_errors.py` checks the operations, in exact binary32, against
+these figures. It tries zeros of both signs, subnormal numbers, ends of domains, places where
+branches meet, and every float of a binade of each branch. `make test-full` tries every float of
+the domain of a function of one argument, and more random pairs for a function of two.
 """
 
 

@@ -291,8 +291,8 @@ def isa_document(isa: Isa) -> str:
     )
     lines += [
         "",
-        "A slot of kind `fma` takes multiply-add operations, `aux` all others, `any` both. `nop`",
-        "stands in every slot.",
+        "A slot of kind `fma` takes multiply-add operations, `aux` all others, `any` both. Every",
+        "slot takes `nop`.",
         "",
         "## Register banks",
         "",
@@ -331,7 +331,7 @@ def isa_document(isa: Isa) -> str:
         "## Operations",
         "",
         "Flags are the IEEE 754 exceptions an operation can raise: NV invalid, DZ division by",
-        "zero, OF overflow, UF underflow, NX inexact. Operands are floats but for those that the "
+        "zero, OF overflow, UF underflow, NX inexact. Operands are floats, except those that the "
         "table calls int (int32)",
         "or any (32 bits of either); the index `b` of an address is an int.",
         "",

@@ -27,10 +27,10 @@ asip-as asip_asm/programs/tracking_optimised.s --params my_robot.toml -o build/m
 asip-as asip_asm/programs/tracking_optimised.s -D m_s=15 -o build/heavy.asip.json
 ```
 
-Nothing else has to be run: programs are assembled with the file's values, the Nios II images get
-them as data when they are loaded, and every planner takes the control period and the limits of
-speed, acceleration and jerk from the file. A change of `sim/robot.toml` itself acts likewise.
-`build/results.json` tells the file and the values of a run.
+Nothing else has to be run. Programs are assembled with the file's values, and the Nios II images
+get them as data when they are loaded. Every planner takes the control period and the limits of
+speed, acceleration and jerk from the file. A change of `sim/robot.toml` itself has the same
+effect. `build/results.json` states the file and the values of a run.
 
 Every file has all parameters, each with unit and meaning. A value outside its limits stops the
 command with its place, the limits and the reason; within the limits the error bounds of every

@@ -20,6 +20,8 @@ import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.table import Table
@@ -144,24 +146,39 @@ def wanted(area: Area, words: Sequence[str]) -> list[str]:
     return found
 
 
+def _earlier(output: Path) -> dict[str, Any]:
+    """What earlier runs wrote; nothing where there is no file."""
+    return json.loads(output.read_text()) if output.exists() else {}
+
+
+def _depth(full: bool) -> str:
+    return "full" if full else "quick"
+
+
 def measure_area(name: str, words: Sequence[str], full: bool, console: Console) -> int:
     """Measure the producers of an area; the exit status. Raises ValueError for unknown words."""
     producers = AREAS[name].producers
     names = wanted(AREAS[name], words)
     output = BUILD / f"{name}.json"
-    earlier = json.loads(output.read_text())["goals"] if output.exists() else []
-    found: dict[str, list[dict]] = {}
-    for goal in earlier:
-        found.setdefault(goal.get("producer", ""), []).append(goal)
+    goals: list[dict] = []
     for n, producer in enumerate(names, 1):
+        earlier = _earlier(output).get("seconds", {}).get(f"{producer}, {_depth(full)}")
+        wait = f" (it took {earlier:.0f} s before)" if earlier else ""
+        console.print(f"[{n}/{len(names)}] {producer} ...{wait}", markup=False)
         begun = time.monotonic()
-        console.print(f"[{n}/{len(names)}] {producer} ...", end=" ", markup=False)
         rows = as_json(measure(producer, producers[producer], full))
+        passed = time.monotonic() - begun
+        console.print(f"[{n}/{len(names)}] {producer}: {passed:.0f} s", markup=False)
+        # Written after each producer: a run that is stopped loses nothing. Read again before: runs
+        # of other producers may have written meanwhile.
+        content = _earlier(output)
+        found: dict[str, list[dict]] = {}
+        for goal in content.get("goals", []):
+            found.setdefault(goal.get("producer", ""), []).append(goal)
         found[producer] = [row | {"producer": producer} for row in rows]
-        console.print(f"{time.monotonic() - begun:.0f} s", markup=False)
-        # Written after each producer: a run that is stopped loses nothing.
         goals = [goal for each in producers for goal in found.get(each, [])]
-        write_goals(output, goals, full=full)
+        seconds = content.get("seconds", {}) | {f"{producer}, {_depth(full)}": round(passed, 1)}
+        write_goals(output, goals, full=full, seconds=seconds)
     Console().print(terminal_table(goals))
     names_missed = missed(goal for goal in goals if goal["producer"] in names)
     if names_missed:

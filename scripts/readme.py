@@ -2,10 +2,10 @@
 """Write the measured sections of README.md from JSON files, so no figure is typed by hand.
 
 `python scripts/readme.py` replaces the text between the results marks by what build/results.json
-says (of `make run`), where that is there. What build/synth.json (of `microtick synth`) says of the
-cores is kept in docs/data/synthesis.json, each core with its commit; the text between the synthesis
-marks is written from there, and so are the areas of docs/platforms.md, and table 4 of `make run` on
-a machine that has synthesised nothing.
+says (of `make run`), if that file exists, and so the figures of docs/index.md. The cores' figures
+in build/synth.json (of `microtick synth`) are saved in docs/data/synthesis.json, each core with its
+commit; the text between the synthesis marks is written from there, and so are the areas of
+docs/platforms.md, and table 4 of `make run` on a machine that has synthesised nothing.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from sim.robot.records import OUTPUTS
 
 ROOT = Path(__file__).resolve().parents[1]
 README, PLATFORMS = ROOT / "README.md", ROOT / "docs/platforms.md"
+INDEX = ROOT / "docs/index.md"
 KEPT = ROOT / "docs/data/synthesis.json"
 CORES = {
     "asip_fast": "ASIP `fast`",
@@ -85,6 +86,25 @@ def section(results: dict[str, Any]) -> str:
         "",
     ]
     return "\n".join(lines) + "\n"
+
+
+def figures(results: dict[str, Any]) -> str:
+    """Markdown of the few figures on the first page of the site."""
+    rows = []
+    for program, name in (("optimised", "optimised"), ("as_printed", "as printed")):
+        timing = results["platforms"]["fpga3"][program]
+        low, high = timing["cycles_min"], timing["cycles_max"]
+        cycles = f"{low}" if low == high else f"{low}..{high}"
+        time = f"{timing['time_us']:.3f} µs at {timing['clock_mhz']} MHz"
+        rows.append(
+            [f"one tick of the robot's law on the ASIP, {name}", f"{cycles} cycles, {time}"]
+        )
+    rows.append(
+        ["ticks of the path that ran clock by clock through the RTL", str(results["ticks"])]
+    )
+    tool = results["tracking"]["max_tool_error_m"] * 1e6
+    rows.append(["largest error of the tool on the path, in closed loop", f"{tool:.2f} µm"])
+    return "\n".join(["", *table(["figure", "measured"], rows), ""]) + "\n"
 
 
 def longest(steps: Sequence[str]) -> dict[str, Any]:
@@ -157,6 +177,7 @@ def main(arguments: list[str]) -> int:
             )
             return 1
         texts["results"] = section(data)
+        write_between_marks(INDEX, {"figures": figures(data)})
     if measured.is_file():
         document = kept(json.loads(measured.read_text(encoding="utf-8")))
         write_text(KEPT, json.dumps(document, indent=2) + "\n")

@@ -79,11 +79,11 @@ the pipes that of many; in `small` every operation costs its cycle.
 
 ## With the robots
 
-The laws of two robots in one program could fill each other's gaps, but the values that both keep
-at a time do not fit the register banks, so some move through data memory (more operations than
-twice one robot's): one after another is no slower. *With bus* counts the clocks from the first
-input written to the last output read, through the Avalon port; *served* is how many robots that
-rate makes in {period} us.
+The laws of two robots in one program could fill each other's gaps. But the live values of both do
+not fit the register banks, so some move through data memory. This takes more operations than twice
+those of one robot, so one law after another is no slower. *With bus* counts the clocks from the
+first input written to the last output read, through the Avalon port. *Served* is the number of
+robots that this rate serves in {period} us.
 
 | configuration | robots | operations | lower bound | cycles | per robot | with bus | served |
 | --- | --- | --- | --- | --- | --- | --- | --- |

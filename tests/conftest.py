@@ -4,6 +4,7 @@
 import os
 import re
 import shutil
+import signal
 from collections.abc import Generator
 from pathlib import Path
 from typing import Any
@@ -18,11 +19,18 @@ from tests.bench import needs
 
 MOST_FILES = 40  # of counts, before they are merged
 
+# A shell ignores interrupts for what it starts behind itself, and so would every server that a test
+# starts and ends by one: each would go on for a minute, until it is killed.
+if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
 # A slow machine fails no test: hypothesis allows an example 200 ms by default.
 settings.register_profile("no deadline", settings(), deadline=None)
 settings.load_profile("no deadline")
 build.assertions = True
-build.optimisation = "-O1"  # a third of the time to compile; the models run nearly as fast
+build.optimisation = os.environ["MODEL_OPTIMISATION"] = (
+    "-O1"  # of commands in their own process too
+)
 
 
 @pytest.fixture(scope="session")

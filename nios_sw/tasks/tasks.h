@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A small preemptive kernel: tasks of equal rank that take turns at each tick of the timer, queues of
- * words between them. It shows what the port of a real-time operating system needs (docs/rtos.md). */
+ * words between them. It shows what the port of a real-time operating system needs (docs/own_c_program.md). */
 #ifndef TASKS_H
 #define TASKS_H
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_ecp5: what every ECP5 board carries: the ASIP with its debug block on a serial line, the motion
 // front-end's step and direction, incremental encoders.
-// Contract: osc_i is the board's oscillator, button_ni resets while low. The serial port (docs/debug_packets.md)
+// Contract: osc_i is the board's oscillator, button_ni resets while low. The serial port (docs/debug_block.md)
 // reaches the core, the debug block, and from word 0x6000 on the machine: 0x6000 the motion front-end
 // (docs/motion_regmap.md), 0x7000 the encoders (encoder_registers). Reset asserts at once and is released two
 // core clocks after the button is up and the PLL locked. alive_o changes every 2^25 clocks.

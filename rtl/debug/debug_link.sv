@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // debug_link: the serial port of the debug block: line, packets, requests on the bus.
-// Contract: that of debug_serve; docs/debug_packets.md. The line takes 8 data bits, no parity, one stop bit,
+// Contract: that of debug_serve; docs/debug_block.md. The line takes 8 data bits, no parity, one stop bit,
 // UART.divider clocks a bit, Divider after reset.
 module debug_link #(
     parameter int unsigned RingLog2 = 12,

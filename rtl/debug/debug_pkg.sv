@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// debug_pkg: packets of the debug block (docs/debug_packets.md).
+// debug_pkg: packets of the debug block (docs/debug_block.md).
 package debug_pkg;
 
   localparam logic [7:0] TYPE_READ = 8'h01;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// debug_serve: carries requests out on the bus, and makes the packets that go back (docs/debug_packets.md).
+// debug_serve: carries requests out on the bus, and makes the packets that go back (docs/debug_block.md).
 // Contract: requests go first, then events, then samples; each packet is built from begin to end. Samples
 // are read from the ring in clocks without ring_taken_i; their records are sent in order, and the oldest
 // are left out, and counted, when the ring is about to overwrite them. Where the scope is armed while a packet

@@ -8,6 +8,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from asip_asm.model.certificate import EFFORT, certify
 from asip_asm.model.compiler import compile_law
 from asip_asm.model.law import Law
 from asip_asm.project import BUILD
+from sim.bench import law_results
 from sim.bench.shown_robots.job import OPTIONS, SHOWN
 from sim.laws.certificate_errors import largest_errors
 from sim.laws.drive.current_law import AXES, Setting, current_law
@@ -56,15 +58,17 @@ class Row:
     name: str
     finite: bool
     looseness: dict[str, float]
-    content: dict
 
     @property
     def middle(self) -> float:
         return float(np.median(list(self.looseness.values()))) if self.finite else math.inf
 
 
-def measure(name: str, subject: Subject, effort: int, inputs: int) -> Row:
-    """The certificate of a law and its largest errors."""
+def measure(law_name: str, effort: int, inputs: int) -> dict[str, Any]:
+    """The certificate of a law and its largest errors: whether it is finite, the looseness of each
+    output, and the content of its file.
+    """
+    subject = subjects()[law_name]
     law = subject.law()
     compiled = compile_law(law, OPTIONS)
     certificate = certify(compiled.graph, law, effort)
@@ -77,18 +81,16 @@ def measure(name: str, subject: Subject, effort: int, inputs: int) -> Row:
         if errors[output] > 0
     }
     content = certificate.as_json() | {"largest_errors": errors, "looseness": loose}
-    return Row(name, certificate.finite, loose, content)
+    return {"finite": certificate.finite, "looseness": loose, "content": content}
 
 
 def rows(full: bool) -> Iterator[Goal]:
     """Goals of all laws; build/certificates.json has the certificates."""
-    found: list[Row] = []
-    effort, inputs = (EFFORT, INPUTS) if full else (QUICK_EFFORT, QUICK_INPUTS)
-    for name, subject in subjects().items():
-        found.append(measure(name, subject, effort, inputs))
-        FILE.parent.mkdir(parents=True, exist_ok=True)
-        content = {row.name: row.content for row in found}
-        write_text(FILE, json.dumps(content, indent=1) + "\n")
+    numbers = (EFFORT, INPUTS) if full else (QUICK_EFFORT, QUICK_INPUTS)
+    results = law_results.results(f"{__name__}:measure", list(subjects()), *numbers)
+    found = [Row(name, each["finite"], each["looseness"]) for name, each in results.items()]
+    content = {name: each["content"] for name, each in results.items()}
+    write_text(FILE, json.dumps(content, indent=1) + "\n")
     share = 100 * sum(row.finite for row in found) / len(found)
     without = ", ".join(row.name for row in found if not row.finite)
     yield exactly("certificate: laws with a bound over their whole box", share, 100, "%", without)

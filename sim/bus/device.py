@@ -8,7 +8,7 @@ import ctypes
 
 import numpy as np
 
-from sim.bus.verilated import HERE, Verilated, load
+from sim.bus.verilated import HERE, BusModel, load
 from sim.rtl import nios_image
 from sim.rtl.nios_map import default_system_map
 
@@ -20,7 +20,7 @@ BEFORE = 8  # clocks before a control tick at which `DeviceRtl.tick` begins
 COUNTS = ("ticks", "last", "longest", "sum", "overrun", "sent", "returned")
 
 
-class DeviceRtl(Verilated):
+class DeviceRtl(BusModel):
     """One device with its program running, a control tick each `CYCLE_CLOCKS`.
 
     inputs (16,), outputs (29,): words of the next tick and of the last one, uint32. The model is

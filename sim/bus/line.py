@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 from sim.bus.gen import esc_regmap
 from sim.bus.register import ByteRegister
-from sim.bus.verilated import HERE, Verilated, load
+from sim.bus.verilated import HERE, BusModel, load
 from sim.rtl.sources import RTL
 
 FOLDERS = (RTL,)  # where the sources stand; tests of planted faults put changed copies first
@@ -55,7 +55,7 @@ def library() -> ctypes.CDLL:
     return load("ethercat_slave", HERE / "slave_harness.cpp", longs, FOLDERS)
 
 
-class Line(Verilated):
+class Line(BusModel):
     """`len(ppm)` slaves, clocks that many parts per million fast; cables of `cable_ps` each."""
 
     prefix = "bus"

@@ -36,7 +36,7 @@ def load(
     return lib
 
 
-class Verilated(verilated.Verilated):
+class BusModel(verilated.Verilated):
     """A model of the bus: time, and frames between its ports and TAP devices."""
 
     end = "delete"

@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.core.controller import AsipController, ControllerFault, Ticks
+from sim.core.controller import AsipController, ControllerFault, LawTicks
 from sim.robot.parameters import Robot
 from sim.robot.plant import Plant
 from sim.robot.records import SetPoints
@@ -26,7 +26,7 @@ class Recording:
     counts: NDArray[np.int32]
     joints: NDArray[np.float64]
     tool: NDArray[np.float64]
-    ticks: Ticks
+    ticks: LawTicks
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ def replay(
     counts: NDArray[np.int32],
     controller: AsipController,
     progress: Callable[[int], None],
-) -> Ticks:
+) -> LawTicks:
     """Run a controller on recorded counts, open loop."""
     words = path.words()
     controller.prime(words[0], counts[0])
@@ -129,9 +129,9 @@ def replay(
     return concatenate(parts)
 
 
-def concatenate(parts: list[Ticks]) -> Ticks:
+def concatenate(parts: list[LawTicks]) -> LawTicks:
     """Consecutive ticks as one record."""
-    return Ticks(
+    return LawTicks(
         *(np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0]))
     )
 

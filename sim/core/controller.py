@@ -30,7 +30,7 @@ PASSED_ON = {row: name for row, name in EXPORT_OF_ROW.items() if name in SET_POI
 
 
 @dataclass(frozen=True)
-class Ticks:
+class LawTicks:
     """Results of N ticks: outputs (N, 5) and exported rows (N, 9) as binary32, cycles (N,)."""
 
     outputs: NDArray[np.float32]
@@ -84,7 +84,7 @@ class AsipController:
         )
         self._program.ticks = 0
 
-    def step(self, words: Sequence[float], counts: Sequence[int]) -> Ticks:
+    def step(self, words: Sequence[float], counts: Sequence[int]) -> LawTicks:
         """One tick: 15 set-points (rounded to binary32 here) and five counts."""
         self._words[:] = words
         self._counts[:] = counts
@@ -99,7 +99,7 @@ class AsipController:
         self._program.ticks += 1
         values = self._results[:, : self._read].copy()
         outputs, exported = values[:, : len(OUTPUTS)], values[:, len(OUTPUTS) :]
-        return Ticks(outputs, exported, self._port.cycles.copy())
+        return LawTicks(outputs, exported, self._port.cycles.copy())
 
     @property
     def seen(self) -> NDArray[np.float32]:
@@ -116,7 +116,7 @@ class AsipController:
         cause = FAULT_NAMES[STATUS["cause"].of(int(self._port.status[0]))]
         return fault_text(self.image, self._program.backend.fault(cause))
 
-    def batch(self, words: NDArray[np.floating], counts: NDArray[np.integer]) -> Ticks:
+    def batch(self, words: NDArray[np.floating], counts: NDArray[np.integer]) -> LawTicks:
         """Consecutive ticks, words (N, 15) and counts (N, 5). Raises ControllerFault."""
         inputs = dict(zip((*SET_POINTS, *COUNTS), (*words.T, *counts.T), strict=True))
         try:
@@ -125,7 +125,7 @@ class AsipController:
             raise ControllerFault(str(error)) from error
         outputs = np.stack([ticks[name] for name in OUTPUTS], axis=1)
         exported = [ticks[name] for name in self._exports]
-        return Ticks(outputs, np.array(exported, dtype=np.float32).T, ticks.cycles)
+        return LawTicks(outputs, np.array(exported, dtype=np.float32).T, ticks.cycles)
 
 
 class LawController:
@@ -137,11 +137,11 @@ class LawController:
     def prime(self, words: Sequence[float], counts: Sequence[int]) -> None:
         """Nothing: the law takes its first measurement as the last one."""
 
-    def step(self, words: Sequence[float], counts: Sequence[int]) -> Ticks:
+    def step(self, words: Sequence[float], counts: Sequence[int]) -> LawTicks:
         """One tick."""
         return one_tick(self._law.step(words, counts).output)
 
 
-def one_tick(output: Iterable[float]) -> Ticks:
+def one_tick(output: Iterable[float]) -> LawTicks:
     """Five forces and torques of a controller without a clock."""
-    return Ticks(np.array([tuple(output)]), np.empty((1, 0)), np.zeros(1, dtype=np.uint32))
+    return LawTicks(np.array([tuple(output)]), np.empty((1, 0)), np.zeros(1, dtype=np.uint32))

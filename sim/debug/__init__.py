@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The debug block from the host's side: packets, links, and a client that debuggers build on.
 
-`client.connect` is the way in; docs/debug_packets.md has the packets, docs/debug_regmap.md the
+`client.connect` is the way in; docs/debug_block.md has the packets, docs/debug_regmap.md the
 registers behind them.
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Packets between a host and the debug block (docs/debug_packets.md): frames, CRC, contents.
+"""Packets between a host and the debug block (docs/debug_block.md): frames, CRC, contents.
 
 A frame is a packet in COBS (S. Cheshire, M. Baker: Consistent Overhead Byte Stuffing, IEEE/ACM
 Trans. Networking 7(2), 1999) and a zero byte. A packet is type, sequence number, body, and

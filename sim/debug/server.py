@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A simulated core with its debug block behind TCP: the packets of docs/debug_packets.md.
+"""A simulated core with its debug block behind TCP: the packets of docs/debug_block.md.
 
     .venv/bin/python -m sim.debug.server PROGRAM --port 2331
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the command lines of this folder share."""
+"""What command lines share: robot, override, output, errors."""
 
 from __future__ import annotations
 

@@ -4,10 +4,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
+import sys
+import time
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from rich import box
 from rich.markup import escape
@@ -15,6 +17,8 @@ from rich.table import Table
 
 from asip_asm.files import write_text
 
+PACE_SECONDS = 10.0
+Item = TypeVar("Item")
 NOT_MEASURED, SAMPLED = "not measured", "sampled"
 
 
@@ -61,6 +65,35 @@ def depth(name: str, value: float, limit: float, unit: str, cure: str) -> Goal:
     cure: the command that tries them all.
     """
     return Goal(name, value, unit, f">= {limit:g}", True if value >= limit else None, cure)
+
+
+@dataclass
+class Pace:
+    """Reports on the error stream how much of a campaign is done and how long the rest may take: at
+    most every `PACE_SECONDS`, so that a log stays short.
+    """
+
+    what: str
+    total: int
+    begun: float = field(default_factory=time.monotonic)
+    shown: float = field(default_factory=time.monotonic)
+
+    def at(self, done: int) -> None:
+        """Some of the campaign is done."""
+        now = time.monotonic()
+        if 0 < done < self.total and now - self.shown >= PACE_SECONDS:
+            self.shown = now
+            left = (now - self.begun) / done * (self.total - done)
+            text = f"{self.what}: {done} of {self.total}, about {left:.0f} s left"
+            print(text, file=sys.stderr, flush=True)
+
+
+def paced(items: Sequence[Item], what: str) -> Iterator[Item]:
+    """The items, with the pace at which they are taken."""
+    pace = Pace(what, len(items))
+    for done, item in enumerate(items):
+        pace.at(done)
+        yield item
 
 
 def missed(goals: Iterable[Mapping[str, Any]]) -> list[str]:

@@ -50,8 +50,8 @@ class TickResult:
 class TickPort:
     """Runs of so many ticks: fill `data`, call `run`, read `words`, `status` and `cycles`.
 
-    data (ticks, writes), words (ticks, reads), status and cycles (ticks,), all uint32. Of no use
-    behind the life of the core that it belongs to.
+    data (ticks, writes), words (ticks, reads), status and cycles (ticks,), all uint32. Invalid
+    after the core is closed.
     """
 
     def __init__(

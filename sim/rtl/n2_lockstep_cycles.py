@@ -16,7 +16,7 @@ from pathlib import Path
 from asip_asm.command import command, script_parser
 from asip_asm.files import write_text
 from sim.report.marks import between_marks
-from sim.rtl.n2_lockstep_program import BT, EA, ISA, RA, Program, prologue
+from sim.rtl.n2_lockstep_program import BT, EA, ISA, RA, LabelledWords, prologue
 from sim.rtl.n2_lockstep_rtl import DTCM, N2Rtl
 
 DOCUMENT = Path(__file__).resolve().parents[2] / "docs/nios_core.md"
@@ -34,36 +34,36 @@ class Row:
     """
 
     name: str
-    emit: Callable[[Program], None]
+    emit: Callable[[LabelledWords], None]
     vendor: tuple[int, int] | None
     differs: str = ""
     result: bool = False
     occurrence: int = -1
 
 
-def of_row(emit: Callable[..., None]) -> Callable[..., Callable[[Program], None]]:
+def of_row(emit: Callable[..., None]) -> Callable[..., Callable[[LabelledWords], None]]:
     """A row names what to emit first; the program to emit it into comes when it is measured."""
     return lambda *values: lambda program: emit(program, *values)
 
 
 @of_row
-def instruction(program: Program, name: str, *values: int) -> None:
+def instruction(program: LabelledWords, name: str, *values: int) -> None:
     program.label("X")
     program.emit(name, *values)
 
 
-def custom(number: int) -> Callable[[Program], None]:
+def custom(number: int) -> Callable[[LabelledWords], None]:
     return instruction("custom", number, 2, 3, 4)
 
 
 @of_row
-def word(program: Program, value: int) -> None:
+def word(program: LabelledWords, value: int) -> None:
     program.label("X")
     program.word(value)
 
 
 @of_row
-def to_label(program: Program, name: str) -> None:
+def to_label(program: LabelledWords, name: str) -> None:
     program.label("X")
     program.to(name, "behind")
     program.emit("addi", 0, 0, 0)
@@ -71,7 +71,7 @@ def to_label(program: Program, name: str) -> None:
 
 
 @of_row
-def to_register(program: Program, name: str, register: int, *values: int) -> None:
+def to_register(program: LabelledWords, name: str, register: int, *values: int) -> None:
     """A jump through a register that holds the address of the label behind it."""
     program.la(register, "behind")
     nops(program, 4)
@@ -81,7 +81,7 @@ def to_register(program: Program, name: str, register: int, *values: int) -> Non
 
 
 @of_row
-def loop(program: Program, way: str) -> None:
+def loop(program: LabelledWords, way: str) -> None:
     """Eight turns; the branch X leaves them ('taken') or a branch that only the last takes."""
     program.emit("addi", 8, 0, 8)
     program.label("turn")
@@ -98,7 +98,7 @@ def loop(program: Program, way: str) -> None:
         program.label("out")
 
 
-def nops(program: Program, count: int) -> None:
+def nops(program: LabelledWords, count: int) -> None:
     for _ in range(count):
         program.emit("addi", 0, 0, 0)
 

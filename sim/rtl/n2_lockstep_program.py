@@ -14,7 +14,7 @@ ET, BT, EA, BA, RA = (ISA.register[name] for name in ("et", "bt", "ea", "ba", "r
 
 
 @dataclass
-class Program:
+class LabelledWords:
     """Words from the reset vector on; labels are resolved when the image is made."""
 
     words: list[int] = field(default_factory=list)
@@ -83,13 +83,13 @@ class Program:
         self.to("br", "end")
 
 
-def prologue() -> Program:
+def prologue() -> LabelledWords:
     """Reset vector and a handler that skips the excepting instruction, after `break` too.
 
     The handler leaves cause and address of the exception in r22 and r23. bt (r25) is set before a
     break. QEMU's status bit 23 is cleared by the first return from an exception.
     """
-    program = Program()
+    program = LabelledWords()
     program.to("br", "start")
     program.pad_to(EXCEPTION)
     program.to("bne", "break", BT, 0)

@@ -2,7 +2,7 @@
 """Waves: with WAVES=1 every model writes an FST, in a build of its own; without it none can.
 
 Files go to the folder that WAVES_FOLDER of the environment names, else to build/waves. A test gets
-a folder of its own (tests/conftest.py). See docs/debugging.md.
+a folder of its own (tests/conftest.py). See docs/verification.md.
 """
 
 from __future__ import annotations

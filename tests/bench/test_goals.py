@@ -14,6 +14,7 @@ from rich.console import Console
 from scripts import goals as command
 from sim.report.goals import (
     Goal,
+    Pace,
     as_json,
     at_least,
     at_most,
@@ -127,3 +128,22 @@ def test_file__keeps_its_content_if_writing_fails(tmp_path):
     with pytest.raises(TypeError):
         write_goals(file, as_json([Goal("a", 1, "", "1", True)]), full=object())
     assert json.loads(file.read_text()) == {"full": True, "goals": []}
+
+
+def test_runs_at_the_same_time__of_two_producers__lose_nothing(area, tmp_path):
+    def second(full):
+        assert command.main(["made up", "first"]) == 0
+        yield at_most("two", 2, 2, "")
+
+    area.second = second
+    assert command.main(["made up", "second"]) == 0
+    assert written(tmp_path) == {"one": True, "two": True}
+
+
+def test_pace__reports_what_is_left__but_not_too_often(monkeypatch, capsys):
+    clock = iter((0.0, 0.0, 1.0, 20.0, 21.0))
+    monkeypatch.setattr("sim.report.goals.time.monotonic", lambda: next(clock))
+    pace = Pace("files", 10, next(clock), next(clock))
+    for done in (1, 5, 6):
+        pace.at(done)
+    assert capsys.readouterr().err == "files: 5 of 10, about 20 s left\n"

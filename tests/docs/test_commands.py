@@ -111,7 +111,6 @@ def test_program__assembles(block, configuration, tmp_path):
 PYTHON_NOT_RUN = {
     "ethercat_application.md": "needs a device on an interface, tests/ethercat/test_device.py",
     "cocotb.md": "for the wheel, tests/cocotb/test_page.py",
-    "cocotb_blocks.md": "for the wheel, tests/cocotb/test_page.py",
 }
 PYTHON = [
     block

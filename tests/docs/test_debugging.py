@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The steps of docs/debugging.md: WAVES=1 gives an FST from each kind of bench."""
+"""The steps of docs/verification.md: WAVES=1 gives an FST from each kind of bench."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tests.bench.commands import output
 from tests.bench.needs import needs
 from tests.motion_rtl.test_pulse_generator import Generator
 
-PAGE = (ROOT / "docs/debugging.md").read_text()
+PAGE = (ROOT / "docs/verification.md").read_text()
 ALONE = re.search(r'pytest "(\S+)"', PAGE)[1]
 COCOTB = "tests/motion_rtl/test_axil.py::test_axil__every_scenario"
 SCENARIO = "latency__handshake_to_response_valid"

@@ -62,7 +62,7 @@ class Rgmii(line.Line):
         folders = (*line.FOLDERS, HERE)
         longs = ("bus_began", "bus_now")
         library = verilated.load(TOP, HERE / "rgmii_harness.cpp", longs, folders)
-        verilated.Verilated.__init__(self, library, ctypes.c_double(ppm))
+        verilated.BusModel.__init__(self, library, ctypes.c_double(ppm))
         for port, phy in enumerate(phys):
             self.phy(port, phy)
         self.run(line.SETTLE_NS)

@@ -213,8 +213,8 @@ def magnitude_rounded(run: Run) -> tuple[Term, tuple[Term, ...], Outcome]:
 
 @proof(
     "fp_pack",
-    "NaN before infinity before zero, with the flags invalid and division by zero as told, and "
-    "else the magnitude rounded as in fp_round, without flags if it is told to be exact",
+    "NaN before infinity before zero, with the flags invalid and division by zero as requested, "
+    "and else the magnitude rounded as in fp_round, without flags if the input says exact",
     "all; the magnitude within the contract of fp_round where no special result is wanted",
     quick=True,
 )

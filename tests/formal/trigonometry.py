@@ -156,7 +156,7 @@ def turned(run: Run, cycle: int) -> Term:
 @proof(
     "fp_sincos",
     "sin(-x) = -sin(x) and cos(-x) = cos(x), flags included, and the result is a function of the "
-    "operand, whatever was computed before and stands at the inputs meanwhile: two units stay "
+    "operand, whatever was computed before and is at the inputs meanwhile: two units stay "
     "equal, step by step, in all that the operand determines",
     "all",
     quick=True,

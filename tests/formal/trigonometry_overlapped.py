@@ -133,7 +133,7 @@ class Steps(Observer):
 @proof(
     UNIT,
     "each operation that is accepted is answered after the latency, and nothing else is; the "
-    "counters tell the steps of three operations; the second multiplier has the factors of one "
+    "counters give the steps of three operations; the second multiplier has the factors of one "
     "product at a time, and c3 t is complete when c2 is added",
     "any operations, in any clocks, after reset",
     quick=True,
@@ -176,7 +176,7 @@ def times_digit(x: Term, digit: int) -> Term:
     UNIT,
     "the reduction, clock by clock: the factors are the nine bytes of 2/pi that matter for the "
     "exponent, each half gives the significand times two Booth digits, and the accumulator adds "
-    "the halves to its 256th part, without overflow; the bytes shifted out are kept",
+    "the halves to its 256th part, without overflow; the bytes shifted out are saved",
     "all of magnitude 2^-12 to 256 rad, any operations before and after",
     quick=True,
 )

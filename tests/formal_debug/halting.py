@@ -31,7 +31,7 @@ def marked_bundle(ctx: Context) -> Iterator[Case]:
 
 @proof(
     "debug_run",
-    "a core that is held has the bundles in Q and D marked, but for the one a step or resume "
+    "a core that is held has the bundles in Q and D marked, except one that a step or resume "
     "releases; nothing but a register write ends the hold; a bundle with a breakpoint is marked",
     "any state and inputs",
     quick=True,

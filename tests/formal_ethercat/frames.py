@@ -48,7 +48,7 @@ class Delay(Observer):
 
 @proof(
     "ecat_unit",
-    "as many nibbles leave as came, each nine ticks behind its coming, whatever the frame holds",
+    "as many nibbles leave as came, each nine ticks after its arrival, whatever the frame holds",
     "any stream of nibbles, any answers, any ticks; no circulating frame, none below 64 bytes "
     "while port 0 is closed",
     quick=True,
@@ -154,7 +154,7 @@ class Committed(Observer):
 
 @proof(
     "ecat_write_log",
-    "what leaves behind a commit are the entries since the clear before it, those of the frame, "
+    "what leaves after a commit are the entries since the clear before it, those of the frame, "
     "in their order; nothing leaves without a commit",
     "any entries and commits in any clock but while entries go out, clears in any clock; four "
     "places",
@@ -288,7 +288,7 @@ class Sequence(Observer):
 
 @proof(
     "ecat_unit",
-    "the commit comes only behind a frame whose check sequence is right (the residue of IEEE "
+    "the commit comes only after a frame whose check sequence is right (the residue of IEEE "
     "802.3), that has whole bytes, no RX_ER, and datagrams that are not malformed",
     "any stream of nibbles, frames as short and as near to each other as they may be, any ticks",
     quick=True,

@@ -418,7 +418,7 @@ def nodes(ctx: Context, width: int) -> Iterator[Case]:
 CLAIM = (
     "N is the exact equation of the circle; each node is within half a step of the circle along "
     "the diagonal, or in combined steps along an axis; the arc ends at its end after the "
-    "quadrant borders and whole turns asked for"
+    "quadrant borders and whole turns requested"
 )
 
 

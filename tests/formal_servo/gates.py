@@ -112,7 +112,7 @@ class Trip(Observer):
 
 @proof(
     "pwm_bridge",
-    "a fault in any one clock turns all six gates off behind the second edge and trips; the trip "
+    "a fault in any one clock turns all six gates off after the second edge and trips; the trip "
     "stays until clear_i; the dead time is LeastDeadTime at least",
     "any registers, values, faults and clears in any clock",
     quick=True,

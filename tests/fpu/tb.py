@@ -10,7 +10,7 @@ A test describes its unit and operations once and calls `check`:
 The unit has ports clk_i, rst_ni, valid_i, valid_o and those named in `Unit`; it accepts a row per
 `interval` clocks and answers with OUTPUTS after exactly `latency` register ranks, which `run`
 verifies on every clock.
-Environment: SEED (default 1), WAVES=1 (docs/debugging.md), CASE="<op> <hex> ..." (replay).
+Environment: SEED (default 1), WAVES=1 (docs/verification.md), CASE="<op> <hex> ..." (replay).
 """
 
 from __future__ import annotations

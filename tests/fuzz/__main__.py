@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -12,9 +12,9 @@ from rich.console import Console
 from rich.table import Table
 
 from asip_asm.command import command, command_parser
-from sim.report.goals import Goal, as_json, at_most, depth, missed, write_goals
+from sim.report.goals import Goal, Pace, as_json, at_most, depth, missed, write_goals
 from tests.fuzz.campaigns import CAMPAIGNS
-from tests.fuzz.engine import CPU_SECONDS, MEMORY_BYTES, Result, replay, run_campaign
+from tests.fuzz.engine import CPU_SECONDS, MEMORY_BYTES, Campaign, Result, replay, run_campaign
 
 REPORT = Path("build/fuzz.json")
 SHOWN = 5
@@ -57,7 +57,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     results = []
     for campaign in chosen:
         cases = options.cases or campaign.cases
-        results.append(run_campaign(campaign, cases, options.seed, _progress(cases)))
+        results.append(run_campaign(campaign, cases, options.seed, _progress(campaign, cases)))
     entries = as_json(goal for result in results for goal in goals(result))
     write_goals(options.output, entries, campaigns=[asdict(result) for result in results])
     Console(width=None if sys.stdout.isatty() else 120).print(table(results))
@@ -88,7 +88,8 @@ def rows(full: bool) -> Iterator[Goal]:
     """Goals of the files that the model compiler reads: tracebacks, and how many files."""
     for name in OF_MODELS:
         campaign = CAMPAIGNS[name]
-        result = run_campaign(campaign, campaign.cases if full else QUICK, seed=1)
+        cases = campaign.cases if full else QUICK
+        result = run_campaign(campaign, cases, 1, _progress(campaign, cases))
         yield from goals(result)
         cure = "all with RUN=full"
         yield depth(f"{name}: mutated inputs", result.cases, DEPTH, "inputs", cure)
@@ -113,21 +114,10 @@ def table(results: Sequence[Result]) -> Table:
     return view
 
 
-def _progress(cases: int):
-    """Shows how far a campaign is, on a terminal only."""
-
-    def show(result: Result) -> None:
-        if sys.stderr.isatty():
-            end = "\n" if result.cases >= cases else ""
-            failed = f", {len(result.failures)} failed" if result.failures else ""
-            print(
-                f"\r{result.campaign}: {result.cases} of {cases}{failed}",
-                end=end,
-                file=sys.stderr,
-                flush=True,
-            )
-
-    return show
+def _progress(campaign: Campaign, cases: int) -> Callable[[Result], None]:
+    """Reports how far a campaign is."""
+    pace = Pace(campaign.name, cases)
+    return lambda result: pace.at(result.cases)
 
 
 if __name__ == "__main__":

@@ -7,11 +7,11 @@ from hypothesis import strategies as st
 
 from sim.motion.gcode.errors import MAX_ERRORS
 from sim.motion.gcode.interpreter import GcodeErrors, parse, parse_file
-from sim.motion.geometry.moves import Motion, Plane, Program
+from sim.motion.geometry.moves import GcodeProgram, Motion, Plane
 from tests.gcode.mistakes import check_error, errors_of, refused
 
 
-def ends(program: Program) -> list[tuple[float, ...]]:
+def ends(program: GcodeProgram) -> list[tuple[float, ...]]:
     return [move.end for move in program.moves]
 
 

@@ -138,10 +138,11 @@ def test_moves_one_after_another__each_exact_from_the_first_pulse(motion):
     assert motion.position(0) == 42
 
 
-def test_random_moves__on_five_axes_at_once__all_exact(motion):
+@pytest.mark.parametrize("rounds", [1, pytest.param(8, marks=pytest.mark.full)])
+def test_random_moves__on_five_axes_at_once__all_exact(motion, rounds):
     random = np.random.default_rng(SEED)
     wanted = [0] * 5
-    for _ in range(4):
+    for _ in range(rounds):
         moves = {}
         for axis in range(5):
             count = int(random.integers(1, 900))

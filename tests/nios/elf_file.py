@@ -6,14 +6,14 @@ from __future__ import annotations
 import struct
 from pathlib import Path
 
-from sim.rtl.n2_lockstep_program import Program
+from sim.rtl.n2_lockstep_program import LabelledWords
 from sim.rtl.nios_map import default_system_map
 
 HEADER, PROGRAM_HEADER = 52, 32
 EM_ALTERA_NIOS2 = 113
 
 
-def elf_bytes(program: Program, **fields: int) -> bytes:
+def elf_bytes(program: LabelledWords, **fields: int) -> bytes:
     """An executable with one segment of code; `fields` replace what `value` holds."""
     [(address, code), *_] = program.image()
     value = {"type": 2, "machine": EM_ALTERA_NIOS2, "entry": address, "memory_size": len(code)}
@@ -29,13 +29,13 @@ def elf_bytes(program: Program, **fields: int) -> bytes:
     return header + segment + code
 
 
-def printing(text: str, status: int | None, program: Program | None = None) -> Program:
+def printing(text: str, status: int | None, program: LabelledWords | None = None) -> LabelledWords:
     """Writes a text to the console and ends with a status; None: writes it again and again.
 
     These instructions follow those of `program`.
     """
     system = default_system_map()
-    program = program or Program()
+    program = program or LabelledWords()
     program.label("again")
     program.li(16, system.address("CONSOLE"))
     for character in text.encode():
@@ -49,7 +49,7 @@ def printing(text: str, status: int | None, program: Program | None = None) -> P
     return program
 
 
-def write(path: Path, program: Program, **fields: int) -> Path:
+def write(path: Path, program: LabelledWords, **fields: int) -> Path:
     """Write the file; returns its path."""
     path.write_bytes(elf_bytes(program, **fields))
     return path

@@ -8,7 +8,7 @@ import struct
 from collections.abc import Callable, Sequence
 
 from sim.rtl.n2_lockstep_isa import OP_CUSTOM
-from sim.rtl.n2_lockstep_program import BT, ISA, Program, prologue
+from sim.rtl.n2_lockstep_program import BT, ISA, LabelledWords, prologue
 from sim.rtl.n2_lockstep_rtl import DTCM, ITCM
 
 # RAM for QEMU, behind the Avalon master for the core.
@@ -197,7 +197,7 @@ KINDS = (
 )
 
 
-def random_program(seed: int, length: int = 1500) -> Program:
+def random_program(seed: int, length: int = 1500) -> LabelledWords:
     """Every instruction but custom, in random order, with loops, calls, exceptions and hazards.
 
     Registers r1 to r15 are free; few of them are used at a time, so that results are consumed soon.
@@ -221,7 +221,7 @@ def random_program(seed: int, length: int = 1500) -> Program:
     return program
 
 
-def corner_program(corners: Sequence[int] = CORNERS) -> Program:
+def corner_program(corners: Sequence[int] = CORNERS) -> LabelledWords:
     """Every arithmetic instruction with every pair of corner operands, immediates likewise."""
     program = prologue()
     two = [i for i in ISA.instructions.values() if i.operands == ("c", "a", "b")]
@@ -259,7 +259,7 @@ def corner_program(corners: Sequence[int] = CORNERS) -> Program:
     return program
 
 
-def access_program() -> Program:
+def access_program() -> LabelledWords:
     """Every load and store at every byte of a word in all memories, misaligned ones included."""
     program = prologue()
     for register, base in BASES.items():

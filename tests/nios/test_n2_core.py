@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from sim.rtl.n2_lockstep_program import BA, BT, EA, ISA, RA, Program, prologue
+from sim.rtl.n2_lockstep_program import BA, BT, EA, ISA, RA, LabelledWords, prologue
 from sim.rtl.n2_lockstep_rtl import COMBINATIONAL, DTCM, EXCEPTION, ITCM
 from tests.bench.seed import SEED
 from tests.nios.n2_bench import core, registers
@@ -22,7 +22,7 @@ MASK = 0xFFFF_FFFF
 
 
 def run(
-    program: Program, waits: int = 0, irq: Sequence[tuple[int, int]] = (), **parameters: int
+    program: LabelledWords, waits: int = 0, irq: Sequence[tuple[int, int]] = (), **parameters: int
 ) -> tuple[np.ndarray, dict[int, int]]:
     """Records up to the label `end`, and the registers then.
 
@@ -50,13 +50,13 @@ def faults(records: np.ndarray) -> list[tuple[int, int]]:
 
 
 # ---------------------------------------------------------------- interrupts
-def interruptible() -> Program:
+def interruptible() -> LabelledWords:
     """Everything with a side effect or in more than one cycle; the handler returns to ea - 4.
 
     The handler tells interrupts from other exceptions by the cause, counts both in r24 and masks
     the interrupt.
     """
-    program = Program()
+    program = LabelledWords()
     program.to("br", "start")
     program.pad_to(EXCEPTION)
     program.emit("rdctl", 22, CTL["exception"])

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from sim.rtl.n2_lockstep import LockstepError, lockstep, main
-from sim.rtl.n2_lockstep_program import ISA, Program, prologue
+from sim.rtl.n2_lockstep_program import ISA, LabelledWords, prologue
 from sim.rtl.n2_lockstep_rtl import DTCM, N2Rtl
 from sim.rtl.nios_image import IMAGES
 from tests.bench.needs import require
@@ -24,7 +24,7 @@ ELFS = sorted((IMAGES / "tests").glob("*.elf"))
 LONG = ("parse_integer", "print_integer", "polynomial", "print_double", "double_arithmetic")
 
 
-def run(program: Program, waits: int = 0):
+def run(program: LabelledWords, waits: int = 0):
     require("qemu")
     model = core()
     result = lockstep(model, program.image(), timeout=60, waits=waits)
@@ -95,7 +95,7 @@ def test_return__misaligned_target__as_qemu(name, register):
     run(program_end(program))
 
 
-def program_end(program: Program) -> Program:
+def program_end(program: LabelledWords) -> LabelledWords:
     program.end()
     return program
 

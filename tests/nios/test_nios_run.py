@@ -20,7 +20,7 @@ from sim.debug.nios_run import (
     STRAY_STATUS,
     main,
 )
-from sim.rtl.n2_lockstep_program import Program
+from sim.rtl.n2_lockstep_program import LabelledWords
 from sim.rtl.nios_image import IMAGES
 from sim.rtl.nios_rtl import NiosRtl
 from tests.bench.seed import SEED
@@ -62,7 +62,7 @@ def test_exception_that_nothing_handles_is_told_and_ends_the_program(capfdbinary
 @pytest.mark.parametrize("address", [0, 0x1000FFFC + 4, 0x10050000, 0x20000400, 0xFFFFFFFC])
 @pytest.mark.parametrize("name", ["ldw", "stw"])
 def test_access_where_there_is_nothing_stops_the_program(tmp_path, capfd, name, address):
-    program = Program()
+    program = LabelledWords()
     program.li(2, (address + 8) & 0xFFFFFFFF)
     program.emit(name, 3, -8, 2)
     elf = write(tmp_path / "stray.elf", printing("never", 0, program))

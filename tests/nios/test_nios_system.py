@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from sim.bench.run.nios import NiosController
-from sim.core.controller import EXPORTED, Ticks
+from sim.core.controller import EXPORTED, LawTicks
 from sim.robot import float32
 from sim.robot.published import Published
 from sim.robot.records import OUTPUTS, TrackingResult
@@ -57,7 +57,7 @@ def track(robot):
 
 
 def check_words(
-    result: Ticks, single: TrackingResult, start: int, limit: NDArray[np.floating]
+    result: LawTicks, single: TrackingResult, start: int, limit: NDArray[np.floating]
 ) -> None:
     """Ticks from `start` on are those of the float32 model. Raises AssertionError.
 
@@ -92,7 +92,7 @@ def test_tracking_program_gives_the_words_of_the_float32_model(track, platform, 
     assert not controller.core.overrun
 
 
-def ticks_of(track, platform: str, image: str, chunk: slice) -> Ticks:
+def ticks_of(track, platform: str, image: str, chunk: slice) -> LawTicks:
     """Some ticks of the path by a program, from the states of the float32 model on."""
     robot, path, counts, single = track
     words = path.words()

@@ -9,7 +9,7 @@ import numpy as np
 
 from sim.bench.run import page
 from sim.core.closed_loop import Recording
-from sim.core.controller import EXPORTED, Ticks
+from sim.core.controller import EXPORTED, LawTicks
 from sim.motion.gcode.interpreter import parse_file
 from sim.motion.geometry.moves import Motion
 from sim.motion.trajectory.exact_stop import generate
@@ -47,7 +47,7 @@ def shown(gcode: Path, recorded: bool = True, most: int | None = None, **changes
     joints[PEAK_TICK : PEAK_TICK + 1, 1] -= PEAK_M
     tool[PEAK_TICK : PEAK_TICK + 1, 2] += PEAK_M
     outputs = rng.normal(100.0, 5.0, (n, len(OUTPUTS))).astype(np.float32)
-    ticks = Ticks(outputs, np.zeros((n, len(EXPORTED)), np.float32), np.full(n, 118, np.uint32))
+    ticks = LawTicks(outputs, np.zeros((n, len(EXPORTED)), np.float32), np.full(n, 118, np.uint32))
     recording = Recording(np.zeros((n, 5), np.int32), joints, tool, ticks)
     feed = np.array([block.move.motion is not Motion.RAPID for block in trajectory.blocks])
     values = {

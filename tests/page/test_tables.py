@@ -2,6 +2,7 @@
 """Tables of the main job: a sentence each, with platforms left out, table 4 as it is kept."""
 
 import json
+import re
 from io import StringIO
 from pathlib import Path
 
@@ -82,6 +83,20 @@ def test_readme__synthesis_is_what_is_kept():
     assert between_marks(text, {"synthesis": readme.synthesis(data)}, "README") == text
     data["tops"]["n2_core"]["aluts"] += 1
     assert between_marks(text, {"synthesis": readme.synthesis(data)}, "README") != text
+
+
+def test_figures_of_the_first_page__are_those_of_the_readme():
+    """README has cycles and times in a table of the same results."""
+    page, overview = readme.README.read_text(), readme.INDEX.read_text()
+    for program in ("optimised", "as printed"):
+        (row,) = re.findall(
+            rf"FPGA3, ours, {program}\*\* \| (\d+) \| \*\*(.*)\*\* \| \*\*(.*)\*\* \|", page
+        )
+        clock, cycles, time = row
+        assert f"ASIP, {program} | {cycles} cycles, {time} µs at {clock} MHz |" in overview
+    (ticks,) = re.findall(r"Path A-G-H, (\d+) ticks", page)
+    (tool,) = re.findall(r"tool ([\d.]+) µm", page)
+    assert f"| {ticks} |" in overview and f"| {tool} µm |" in overview
 
 
 def test_make_readme__synthesis_is_kept_and_shown(monkeypatch, tmp_path):

@@ -175,7 +175,7 @@ def test_program__bad_parameters__give_their_error_and_zeros(planner, move, code
 
 
 def test_document__table_of_errors__is_the_one_of_the_command():
-    page = Path(__file__).parents[2] / "docs/motion_planner.md"
+    page = Path(__file__).parents[2] / "docs/motion.md"
     table = re.findall(r"^\| (\d) \| (.*) \|$", page.read_text(), re.M)
     causes = {int(code): cause for code, cause in table if cause in ERRORS or code == "0"}
     assert causes == dict(enumerate(ERRORS))

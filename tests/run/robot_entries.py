@@ -25,7 +25,7 @@ from sim.bench.dual.system import PROGRAMS, TRAJECTORY_PROGRAM
 from sim.bench.motion.step_stream import Steps, joints
 from sim.laws.drive.current_law import Setting, current_law
 from sim.motion.gcode.interpreter import parse
-from sim.motion.geometry.moves import Program
+from sim.motion.geometry.moves import GcodeProgram
 from sim.motion.geometry.override import overridden_program
 from sim.motion.lookahead.planner import Lookahead
 from sim.motion.lookahead.settings import LookaheadSettings
@@ -102,7 +102,7 @@ def _digest(*parts: object) -> str:
     return found.hexdigest()
 
 
-def _program(head: str, robot: Robot, override: float = 200.0) -> Program:
+def _program(head: str, robot: Robot, override: float = 200.0) -> GcodeProgram:
     text = "\n".join((head, *MOVES, "M2"))
     return overridden_program(parse(text, "part.ngc", robot=robot), override, robot.v_max_tool)
 

@@ -109,7 +109,7 @@ def goals(core: Mapping[str, Any] | None, name: str, least: int) -> list[Goal]:
         at_most(f"silently wrong outputs, {name}", 100 * wrong / n, 0.1, "%", note),
         at_most(f"wrong by more than 1 % of the limit, {name}", large, 0, "cases"),
         at_most(f"lock-ups, {name}", stuck, 0, "cases", "runs that never end among them"),
-        at_most(f"unsafe outputs behind a fault, {name}", core["unsafe"], 0, "cases"),
+        at_most(f"unsafe outputs after a fault, {name}", core["unsafe"], 0, "cases"),
         depth(f"injections, {name}", n, least, "cases", FULL),
     ]
 
@@ -154,12 +154,12 @@ def update_page(cores: Mapping[str, Mapping[str, Any]], rows: Sequence[Goal]) ->
         )
         lines += [
             f"Core `{name}`: {core['injections']} injections, seed {SEED}, {TICKS} ticks, {LATER} "
-            "watched behind each. Percent, in brackets the interval of 95 % confidence (Wilson).",
+            "watched after each. Percent, in brackets the interval of 95 % confidence (Wilson).",
             "",
             *table(core),
             "",
             f"Runs with outputs silently wrong: {len(errors)}, {size}. "
-            f"Outputs that were not the safe values behind a fault: {core['unsafe']}.",
+            f"Outputs that were not the safe values after a fault: {core['unsafe']}.",
             "",
         ]
     lines += ["| goal | value | target | met |", "| --- | --- | --- | --- |"]

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from sim.bench.cnc.position_loop import Case, Drive, DriveError
 from sim.core import closed_loop
-from sim.core.controller import LawController, Ticks, one_tick
+from sim.core.controller import LawController, LawTicks, one_tick
 from sim.robot.parameters import Robot
 from sim.robot.records import SetPoints
 from sim.robot.tracking import Tracking, joint_path
@@ -52,7 +52,7 @@ class DriveController:
         start = Tracking(self._robot).step(words, counts)
         self._mass, self._force = tuple(start.mass[:3]), list(start.gravity[:3])
 
-    def step(self, words: Sequence[float], counts: Sequence[int]) -> Ticks:
+    def step(self, words: Sequence[float], counts: Sequence[int]) -> LawTicks:
         """One tick."""
         law, robot, drive = self._law.step(words, counts), self._robot, self._drive
         rigid, damped = drive.natural**2, 2.0 * drive.damping * drive.natural

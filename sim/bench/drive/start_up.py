@@ -21,15 +21,15 @@ from sim.laws.drive.clocks import CLOCK, HALF_PERIOD
 from sim.laws.drive.current_law import MAGIC, Setting
 from sim.robot.drives import Drives
 
-WINDOW = 700  # clock of a half period in which the currents' windows begin
+WINDOW = 700  # the currents' windows begin in this clock of a half period
 ALL = (1 << AXES) - 1
-RUN = {f"axis{n}": 2 for n in range(AXES)}  # fields of MODE
-DIRECTIONS = (0.0, np.pi, 0.5 * np.pi, 1.5 * np.pi)  # of the alignment's current vectors [rad]
-FAST_FULL_SCALE = 8**3 // 2  # of a fast value of current, windows of 2^CONFIG.fast_log2 bits
-OVERCURRENT = 1.3  # of the greatest i_max, trips
-SETTLE = 1e-3  # with the gates just on [s]
-LEAST_MOVE = 4  # counts of an axis that is aligned
-MOST_OFF = 0.15  # of its move
+RUN = {f"axis{n}": 2 for n in range(AXES)}  # value of each field of MODE
+DIRECTIONS = (0.0, np.pi, 0.5 * np.pi, 1.5 * np.pi)  # angles of the alignment's currents [rad]
+FAST_FULL_SCALE = 8**3 // 2  # full scale of the fast currents: windows of 2^CONFIG.fast_log2 bits
+OVERCURRENT = 1.3  # trip level as a share of the greatest i_max
+SETTLE = 1e-3  # time for the currents to settle after the gates are on [s]
+LEAST_MOVE = 4  # least move of an axis during alignment [counts]
+MOST_OFF = 0.15  # largest residual of the sine fit as a share of the axis' move
 FORCES = [f"force{n}" for n in range(AXES)]
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from sim.bench.dual.system import TwoProcessors
 from sim.bench.run.nios import merged
 from sim.core.closed_loop import PROGRESS_TICKS, Recording
-from sim.core.controller import ControllerFault, Ticks
+from sim.core.controller import ControllerFault, LawTicks
 from sim.robot.parameters import Robot
 from sim.robot.plant import Plant
 from sim.robot.records import SetPoints
@@ -124,7 +124,7 @@ class Loop:
         period = done["period"]
         outputs = np.ascontiguousarray(period["commands"]).view(np.float32)
         exported = np.empty((len(done), 0), np.float32)
-        ticks = Ticks(outputs, exported, period["used"].copy())
+        ticks = LawTicks(outputs, exported, period["used"].copy())
         return Recording(done["counts"], done["joints"], done["tool"], ticks)
 
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from asip_asm.assemble import assemble
 from asip_asm.image import Image
 from sim.bench.dual.moves import RECORD_WORDS, RING_RECORDS, Move
-from sim.core.controller import ControllerFault, Ticks
+from sim.core.controller import ControllerFault, LawTicks
 from sim.robot.parameters import Robot
 from sim.robot.records import COUNTS, MEASURED_STATES, OUTPUTS, SET_POINTS, TRACKING
 from sim.rtl.asip_bus import BLOCK, CLEAR, CSR, START, STATUS
@@ -149,11 +149,11 @@ class TwoProcessors:
         self.set_points += list(records["words"].view(np.float32))
         return records
 
-    def step(self, words: ArrayLike, counts: ArrayLike) -> Ticks:
+    def step(self, words: ArrayLike, counts: ArrayLike) -> LawTicks:
         """One period with five counts; `words` are not used. Raises ControllerFault."""
         record = self.advance(counts)
         commands = record["commands"].view(np.float32)[np.newaxis]
-        return Ticks(commands, np.empty((1, 0), np.float32), record["used"][np.newaxis])
+        return LawTicks(commands, np.empty((1, 0), np.float32), record["used"][np.newaxis])
 
     def advance(self, counts: ArrayLike) -> np.void:
         """One period with five counts, its record. Raises ControllerFault if anything was late."""

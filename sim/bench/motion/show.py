@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Everything of the motion front-end that can be shown, from one command: `microtick motion`.
 
-Figures of two papers (docs/sources.md) drawn anew, the drive and feed-forward study, the front-end
+Figures of two papers (docs/law.md) drawn anew, the drive and feed-forward study, the front-end
 as RTL on a move of the S-curve paper and on a G64 program, and the goals: two tables, results.json,
 one page with plots.
 """
@@ -41,7 +41,7 @@ ROOT = Path(__file__).resolve().parents[3]
 FIGURES = {"planner": planner_figures, "lookahead": lookahead_figures, "drive": drive_figures}
 LOOKAHEAD_PATH = lookahead_figures.PATH_FILE
 LOOKAHEAD_CORNER = lookahead_figures.CORNER_FILE
-# Names of the papers on the page and in docs/sources.md, by the beginning of a picture's name.
+# Names of the papers on the page and in docs/law.md, by the beginning of a picture's name.
 PAPERS = {"cnc": "CNC", "scurve": "S-curve"}
 WIDTH = 160  # of a log
 CAPTION = (

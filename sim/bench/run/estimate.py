@@ -26,7 +26,7 @@ TYPICAL = {
     "fpga2": 2.5e-3,
     COMPARISON: 5e-5,
 }
-TELLING = 10_000  # ticks from which on a run tells what a tick costs
+TELLING = 10_000  # a run of at least this many ticks updates the cost of a tick
 FILE = BUILD / "run_costs.json"
 
 

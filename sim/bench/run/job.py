@@ -44,7 +44,7 @@ from sim.rtl.nios_rtl import NiosRtl
 
 PROGRAMS = ROOT / "asip_asm/programs"
 MOST_TEXT = 100_000_000  # bytes of a program
-MANY_STOPS = 20  # from which on G64 is told of
+MANY_STOPS = 20  # the run suggests G64 from this many stops on
 # Task that runs a program of FPGA3 -> key in results.json; source in PROGRAMS: tracking_<key>.s.
 KEYS = {AS_PRINTED: "as_printed", OPTIMISED: "optimised"}
 

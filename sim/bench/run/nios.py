@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from sim.bench.run import results
 from sim.core import closed_loop
-from sim.core.controller import EXPORTED, ControllerFault, Ticks
+from sim.core.controller import EXPORTED, ControllerFault, LawTicks
 from sim.motion.gcode.interpreter import parse_file
 from sim.motion.trajectory.exact_stop import MotionSettings, generate
 from sim.motion.trajectory.program import AGH, set_points
@@ -98,11 +98,11 @@ class NiosController:
         self.core.write(self._state, state.view(np.uint32).ravel())
         self.tick = tick + 1
 
-    def step(self, words: Sequence[float], counts: Sequence[int]) -> Ticks:
+    def step(self, words: Sequence[float], counts: Sequence[int]) -> LawTicks:
         """One tick: 15 set-points (rounded to binary32 here) and five counts."""
         return self.batch(np.asarray(words)[np.newaxis], np.asarray(counts)[np.newaxis])
 
-    def batch(self, words: NDArray[np.floating], counts: NDArray[np.integer]) -> Ticks:
+    def batch(self, words: NDArray[np.floating], counts: NDArray[np.integer]) -> LawTicks:
         """Consecutive ticks, words (N, 15) and counts (N, 5)."""
         try:
             result = self.core.ticks(_words(words, counts), self._exported)
@@ -110,7 +110,7 @@ class NiosController:
             raise ControllerFault(f"after tick {self.tick}: {error}") from error
         self.tick += len(words)
         values = [part.view(np.float32) for part in (result.outputs, result.extra)]
-        return Ticks(*values, result.cycles)
+        return LawTicks(*values, result.cycles)
 
 
 def _words(words: NDArray[np.floating], counts: NDArray[np.integer]) -> NDArray[np.uint32]:
@@ -159,7 +159,7 @@ class NiosRun:
 
     platform: str
     ticks: NDArray[np.int64]
-    results: Ticks
+    results: LawTicks
     variant_cycles: dict[str, NDArray[np.uint32]]
     simulated: int
 

@@ -14,7 +14,7 @@ from asip_asm.image import Image
 from asip_asm.isa import default_isa
 from sim.bench.run.bounds import bounds
 from sim.core.closed_loop import Recording, tracking_error
-from sim.core.controller import EXPORTED, PASSED_ON, Ticks
+from sim.core.controller import EXPORTED, PASSED_ON, LawTicks
 from sim.robot import tracking
 from sim.robot.errors import max_abs_error
 from sim.robot.parameters import Robot
@@ -65,7 +65,7 @@ def operations(run: ProgramRun) -> dict[str, float]:
     }
 
 
-def rtl_rows(path: SetPoints, ticks: Ticks) -> dict[str, NDArray[np.float32]]:
+def rtl_rows(path: SetPoints, ticks: LawTicks) -> dict[str, NDArray[np.float32]]:
     """Every row of table 3 and the outputs as the program gave them."""
     rows = {name: ticks.exported[:, i] for i, name in enumerate(EXPORTED)}
     words = path.words().astype(np.float32)
@@ -73,7 +73,7 @@ def rtl_rows(path: SetPoints, ticks: Ticks) -> dict[str, NDArray[np.float32]]:
     return rows | {name: ticks.outputs[:, i] for i, name in enumerate(OUTPUTS)}
 
 
-def row_errors(reference: TrackingResult, path: SetPoints, ticks: Ticks) -> dict[str, float]:
+def row_errors(reference: TrackingResult, path: SetPoints, ticks: LawTicks) -> dict[str, float]:
     """Largest absolute error of each row against the double-precision reference."""
     return {
         name: float(np.max(np.abs(values.astype(np.float64) - reference.row(name))))
@@ -107,7 +107,7 @@ def compare(robot: Robot, path: SetPoints, counts: NDArray[np.int32]) -> Compari
 def worst_of_bound(
     robot: Robot,
     comparison: Comparison,
-    ticks: Ticks,
+    ticks: LawTicks,
     is_optimised: bool,
     at: NDArray[np.int64] | None = None,
 ) -> dict[str, float]:

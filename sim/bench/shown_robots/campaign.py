@@ -26,7 +26,7 @@ from sim.laws.prove_program import Proof, compare, draw, exact_results, rounded_
 from sim.laws.reference import LawReference, PinocchioRobot
 from sim.laws.stated import Stated
 from sim.laws.tree import tree_of
-from sim.report.goals import Goal, at_most, depth, exactly
+from sim.report.goals import Goal, at_most, depth, exactly, paced
 
 LAW = "inverse_dynamics"
 INPUTS = 500
@@ -111,7 +111,7 @@ def core_operations_of(law: Law) -> Compiled:
 
 def run_campaign(files: Sequence[Path], inputs: int = INPUTS) -> Iterator[Tried]:
     """The files one after another."""
-    for file in files:
+    for file in paced(files, "URDF files"):
         yield try_file(file, inputs)
 
 

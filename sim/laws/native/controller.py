@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from asip_asm.model.compiler import Compiled
 from asip_asm.model.law import before
-from sim.core.controller import ControllerFault, Ticks, one_tick
+from sim.core.controller import ControllerFault, LawTicks, one_tick
 from sim.laws.native.law import NativeLaw
 from sim.robot.records import OUTPUTS
 
@@ -38,7 +38,7 @@ class NativeController:
         for port in self._source.of_kind("rate"):
             self.states[before(port.rate_of)] = named[port.rate_of]
 
-    def step(self, words: Sequence[float], counts: Sequence[int]) -> Ticks:
+    def step(self, words: Sequence[float], counts: Sequence[int]) -> LawTicks:
         """One tick; set-points are rounded to binary32. Raises ControllerFault."""
         ran = self._law.run(self._row(words, counts), self.states)
         if ran.results[0]:

@@ -45,7 +45,7 @@ from sim.motion.gcode.state import State
 from sim.motion.gcode.subroutines import RETURNED, VALUE
 from sim.motion.gcode.tools import NO_TOOLS, Tool
 from sim.motion.gcode.words import LineReader, Word
-from sim.motion.geometry.moves import Dwell, Move, Pose, Program
+from sim.motion.geometry.moves import Dwell, GcodeProgram, Move, Pose
 from sim.motion.geometry.workspace import default_robot, pivot_of, start_of
 from sim.robot.parameters import Robot
 
@@ -346,7 +346,7 @@ def parse(
     start: Pose | None = None,
     tools: Mapping[int, Tool] = NO_TOOLS,
     robot: Robot | None = None,
-) -> Program:
+) -> GcodeProgram:
     """Read a program from text; start, tools, robot as for `stream`.
 
     Raises GcodeErrors with every mistake of the text, and for more than MAX_HELD moves and rests.
@@ -360,13 +360,13 @@ def parse_file(
     start: Pose | None = None,
     tools: Mapping[int, Tool] = NO_TOOLS,
     robot: Robot | None = None,
-) -> Program:
+) -> GcodeProgram:
     """As `parse`, from a regular file. Raises GcodeErrors, and OSError if there is none."""
     start = start or start_of(robot or default_robot())
     return _held(stream_file(path, start, tools, robot), str(path), start)
 
 
-def _held(items: Iterable[Move | Dwell], file: str, start: Pose) -> Program:
+def _held(items: Iterable[Move | Dwell], file: str, start: Pose) -> GcodeProgram:
     moves: list[Move] = []
     dwells: list[tuple[int, Dwell]] = []
     for item in items:
@@ -386,4 +386,4 @@ def _held(items: Iterable[Move | Dwell], file: str, start: Pose) -> Program:
             moves.append(item)
         else:
             dwells.append((len(moves), item))
-    return Program(file, start, tuple(moves), tuple(dwells))
+    return GcodeProgram(file, start, tuple(moves), tuple(dwells))

@@ -18,7 +18,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.motion.geometry.moves import Motion, Move, Pose, Program
+from sim.motion.geometry.moves import GcodeProgram, Motion, Move, Pose
 
 FloatArray = NDArray[np.float64]
 
@@ -253,7 +253,7 @@ def _speed(move: Move, curve: Curve, rates: RateLimits) -> float:
     return min(speed, rates.table * curve.length / turn) if turn > 0.0 else speed
 
 
-def build_path(program: Program, rates: RateLimits | None = None) -> tuple[Block, ...]:
+def build_path(program: GcodeProgram, rates: RateLimits | None = None) -> tuple[Block, ...]:
     """Curves and speeds of all moves of a program that go anywhere, in order."""
     rates = rates or RateLimits()
     curves = ((move, curve_of(move)) for move in program.moves)

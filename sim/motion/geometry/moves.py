@@ -79,7 +79,7 @@ class Dwell:
 
 
 @dataclass(frozen=True)
-class Program:
+class GcodeProgram:
     """All moves of a text. dwells: (number of moves before it, rest)."""
 
     file: str

@@ -12,7 +12,7 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-from sim.motion.geometry.moves import Dwell, Move, Program
+from sim.motion.geometry.moves import Dwell, GcodeProgram, Move
 
 MOST_PERCENT = 200.0
 AS_PROGRAMMED = 100.0  # percent
@@ -40,6 +40,8 @@ def overridden(
         yield item
 
 
-def overridden_program(program: Program, percent: float, highest: float = math.inf) -> Program:
+def overridden_program(
+    program: GcodeProgram, percent: float, highest: float = math.inf
+) -> GcodeProgram:
     """As `overridden`, for a whole program."""
     return replace(program, moves=tuple(overridden(program.moves, percent, highest)))

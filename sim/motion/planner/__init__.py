@@ -3,5 +3,5 @@
 
 `scurve` has the closed forms, `ramp_time` evaluates them exactly, `optimal` and `override` plan
 under limits, `core` runs the planner on the ASIP, `pulse_records` makes integers for the hardware.
-See docs/motion_planner.md. Run: python -m sim.motion.planner --help
+See docs/motion.md. Run: python -m sim.motion.planner --help
 """

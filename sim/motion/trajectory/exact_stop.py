@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.motion.geometry.curves import Block, FloatArray, RateLimits, build_path, check_positive
-from sim.motion.geometry.moves import Program
+from sim.motion.geometry.moves import GcodeProgram
 from sim.motion.geometry.workspace import GRID, NAMES, Workspace, shown
 from sim.motion.planner.scurve import SCurve
 from sim.robot.parameters import Robot
@@ -235,7 +235,7 @@ def _check(trajectory: Trajectory, workspace: Workspace, file: str) -> None:
 
 
 def generate(
-    program: Program, settings: MotionSettings | None = None, most_ticks: int = MOST_TICKS
+    program: GcodeProgram, settings: MotionSettings | None = None, most_ticks: int = MOST_TICKS
 ) -> Trajectory:
     """Set-points of a program from rest at its start to rest at its end.
 

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from asip_asm.project import ROOT
 from sim.motion.geometry.curves import FloatArray, curve_of, to_si
-from sim.motion.geometry.moves import Dwell, Motion, Move, Pose, Program
+from sim.motion.geometry.moves import Dwell, GcodeProgram, Motion, Move, Pose
 from sim.motion.lookahead.joints import SlowestJoints
 from sim.motion.lookahead.planner import Lookahead
 from sim.motion.lookahead.settings import LookaheadSettings
@@ -109,7 +109,7 @@ class ProgramPath(Ticks):
         return (self.move >= 0) & exact[self.move]
 
 
-def plan(program: Program, robot: Robot, ticks: int | None = None) -> ProgramPath:
+def plan(program: GcodeProgram, robot: Robot, ticks: int | None = None) -> ProgramPath:
     """Set-points from rest at the program's start to rest at its end; only the first `ticks`.
 
     Raises WorkspaceError and OutsideError for a motion that leaves the workspace, TooLongError for
@@ -146,7 +146,7 @@ def plan(program: Program, robot: Robot, ticks: int | None = None) -> ProgramPat
     )
 
 
-def _too_long(program: Program, robot: Robot, number: int) -> TooLongError:
+def _too_long(program: GcodeProgram, robot: Robot, number: int) -> TooLongError:
     move = program.moves[number]
     return TooLongError(
         f"{program.file}:{move.line}: error: the motion is too long to be simulated; got more than "
@@ -157,7 +157,7 @@ def _too_long(program: Program, robot: Robot, number: int) -> TooLongError:
 
 
 def _parts(
-    program: Program, robot: Robot, first: Move, rest: int, corners: Corners, most_time: float
+    program: GcodeProgram, robot: Robot, first: Move, rest: int, corners: Corners, most_time: float
 ) -> Iterator[Ticks]:
     """The ticks of the whole program; the last part is the last tick, at rest at the end.
 
@@ -183,7 +183,7 @@ def _parts(
 _Item = tuple[int, Pose, Move | Dwell]
 
 
-def _numbered(program: Program) -> Iterator[tuple[bool, int, Pose, Move | Dwell]]:
+def _numbered(program: GcodeProgram) -> Iterator[tuple[bool, int, Pose, Move | Dwell]]:
     """Moves and rests in order: whether under G61.1, number of the move, pose behind it, item.
 
     A rest belongs to the moves before it, or to the first one.
@@ -223,7 +223,7 @@ def _exact_stops(file: str, items: list[_Item], robot: Robot, corners: Corners) 
         if not moves:
             continue
         numbers = np.array([n for n, _, move in entries if curve_of(move) is not None])
-        part = Program(file, moves[0].start, moves)
+        part = GcodeProgram(file, moves[0].start, moves)
         found = generate(part, settings, most_ticks=MOST_TICKS)
         moving = found.velocity[found.first_ticks[1:-1]].any(axis=1)
         corners.smooth += int(moving.sum())
@@ -233,7 +233,7 @@ def _exact_stops(file: str, items: list[_Item], robot: Robot, corners: Corners) 
 
 
 def _looking_ahead(
-    program: Program, items: list[_Item], robot: Robot, corners: Corners, most_time: float
+    program: GcodeProgram, items: list[_Item], robot: Robot, corners: Corners, most_time: float
 ) -> Iterator[Ticks]:
     """The ticks of moves and rests under G61 and G64, without the last one."""
     settings = LookaheadSettings(robot=robot)
