@@ -5,6 +5,7 @@ import os
 import re
 import shutil
 import signal
+import tempfile
 from collections.abc import Generator
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
+from asip_asm.command import cause_of
 from asip_asm.project import BUILD
 from sim.robot.parameters import Robot
 from sim.rtl import build, coverage, wave_layout, waves
@@ -37,6 +39,24 @@ build.optimisation = os.environ["MODEL_OPTIMISATION"] = (
 def robot() -> Robot:
     """The robot of sim/robot.toml."""
     return Robot.load()
+
+
+def stop(number: int, frame: object) -> None:
+    """TERM and HUP end the tests as Ctrl-C does, so that they end the programs that they run."""
+    raise KeyboardInterrupt
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """The folder of results is made before any test: in a read-only checkout, say so at once."""
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, stop)
+    if not hasattr(config, "workerinput"):
+        try:
+            BUILD.mkdir(exist_ok=True)
+            tempfile.TemporaryFile(dir=BUILD).close()
+        except OSError as error:
+            raise pytest.UsageError(cause_of(error)) from error
 
 
 @pytest.hookimpl(tryfirst=True)

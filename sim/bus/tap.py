@@ -16,6 +16,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from asip_asm.project import ROOT
+from sim.rtl.processes import run_group
 
 INTERFACE = "ec0"
 TUNSETIFF, IFF_TAP, IFF_NO_PI = 0x400454CA, 0x0002, 0x1000
@@ -53,9 +54,7 @@ def in_namespace(
     if not tool or not Path("/dev/net/tun").exists():
         raise NamespaceError("`unshare` (Debian: util-linux) and /dev/net/tun are needed")
     command = [tool, "-rn", sys.executable, "-m", module, *arguments]
-    return subprocess.run(
-        command, cwd=ROOT, capture_output=True, text=True, timeout=timeout, check=False
-    )
+    return run_group(command, timeout, cwd=ROOT)
 
 
 def command_line(doc: str, example: str) -> argparse.ArgumentParser:

@@ -142,7 +142,7 @@ def _verilate(
             *more,
             *(f"-G{name}={value}" for name, value in sorted(parameters.items())),
             *(f"-D{name}={value}" if value else f"-D{name}" for name, value in defines.items()),
-            *sources,
+            *(plain(path) for path in sources),  # Verilator puts variables in for $NAME.
         ],
         folder,
     )

@@ -46,6 +46,10 @@ class Component:
         return range(self.base, self.base + (1 << self.bits))
 
 
+NAME, MACRO = re.compile(r"[a-z][a-z0-9_]*"), re.compile(r"[A-Z][A-Z0-9_]*")
+DOC = re.compile(r'(?!.*(?:/\*|\*/))[^"\\$\[\]{}`]+')
+
+
 @dataclass(frozen=True)
 class Instruction:
     """One function of a component; `unit` names the latency constant that `cycles` is one above."""
@@ -120,6 +124,17 @@ class _Reader:
                 raise self.fail(header, f"unknown key `{key}`; {hint}")
         for key in sorted(needed - set(record)):
             raise self.fail(header, f"key `{key}` is missing")
+        self.texts(header, record)
+
+    def texts(self, header: str, record: Mapping) -> None:
+        """Refuse names and texts that C, SystemVerilog, Tcl or Markdown would obey."""
+        for what, text, form, cure in (
+            ("name", header.rpartition(".")[2], NAME, "a small letter, then a-z, 0-9, _"),
+            ("macro", record.get("macro", "X"), MACRO, "a capital letter, then A-Z, 0-9, _"),
+            ("doc", record["doc"], DOC, 'one line without " \\ $ [ ] { } `, /* and */'),
+        ):
+            if not isinstance(text, str) or not text.isprintable() or not form.fullmatch(text):
+                raise self.fail(header, f"{what} = {text!r}: {cure}")
 
     def cycles(self, header: str, value: object) -> tuple[int, str | None]:
         if isinstance(value, str):

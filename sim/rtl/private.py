@@ -46,10 +46,17 @@ def runtime_folder() -> Path:
 
 
 def write_secret(path: Path, text: str) -> None:
-    """A file that only its owner reads, in the place of any file of that name. Raises OSError."""
+    """A file that only its owner reads, in the place of any file of that name.
+
+    Raises OSError naming it; the old file then stays.
+    """
     new = path.with_name(f".{path.name}.{os.getpid()}")
     new.unlink(missing_ok=True)
     file = os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o600)
-    with open(file, "w", encoding="ascii") as stream:
-        stream.write(text)
-    new.replace(path)
+    try:
+        with open(file, "w", encoding="ascii") as stream:
+            stream.write(text)
+        new.replace(path)
+    except OSError as error:
+        new.unlink(missing_ok=True)
+        raise OSError(error.errno, error.strerror, str(path)) from None

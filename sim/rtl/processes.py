@@ -1,16 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Worker processes of campaigns. They are reached through pipes, never through a port."""
+"""Worker processes of campaigns, reached through pipes and never through a port; other programs."""
 
 from __future__ import annotations
 
 import multiprocessing
 import os
 import signal
+import subprocess
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from multiprocessing.connection import wait
+from pathlib import Path
+from typing import Any
 
 
 def end_with_parent() -> None:
@@ -51,3 +54,27 @@ def processes(jobs: int) -> Iterator[ProcessPoolExecutor]:
         raise
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
+
+
+def run_group(
+    command: Sequence[str | Path],
+    timeout: float | None = None,
+    input: str | None = None,
+    **options: Any,
+) -> subprocess.CompletedProcess[str]:
+    """Run a program and take what it prints. Raises subprocess.TimeoutExpired.
+
+    If it is not over after `timeout` s, or this process is told to stop meanwhile, it ends with
+    every process that it has started. input: text that it reads. options: further ones of Popen.
+    """
+    streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    if input is not None:
+        streams["stdin"] = subprocess.PIPE
+    job = subprocess.Popen(command, start_new_session=True, **(streams | options))
+    with job:
+        try:
+            said, errors = job.communicate(input, timeout)
+        except BaseException:
+            os.killpg(job.pid, signal.SIGKILL)  # Its number is not given away before the wait.
+            raise
+    return subprocess.CompletedProcess(command, job.returncode, said, errors)

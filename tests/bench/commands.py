@@ -4,16 +4,17 @@
 from __future__ import annotations
 
 import shlex
-import subprocess
 from typing import Any
+
+from sim.rtl.processes import run_group
 
 
 def output(*words: object, **options: Any) -> str:
-    """Standard output of a command; `options` are those of `subprocess.run`.
+    """Standard output of a command; `options` are those of `run_group`.
 
     Raises AssertionError with all that the command said if it fails.
     """
     command = [str(word) for word in words]
-    done = subprocess.run(command, capture_output=True, text=True, **options)
+    done = run_group(command, **options)
     assert done.returncode == 0, f"{shlex.join(command)}\n{done.stdout}{done.stderr}"
     return done.stdout

@@ -242,6 +242,29 @@ def flags_of(platform: str) -> list[str]:
     return output("make", "-s", "-f", "-", input=text).split()
 
 
+@pytest.mark.parametrize("header", ["components.ci_fadd", "instructions.fadd"])
+@pytest.mark.parametrize(
+    "doc",
+    ['\\"; exec date; #', "[exec date]", "$x", "*/ int x; /*", "a\\nmodule x;", "b\\u2028c", ""],
+)
+def test_text_that_a_language_would_obey__is_refused(tmp_path, header, doc):
+    old = re.search(rf'\[fpga2\.{re.escape(header)}\][^[]*?(doc = ".*")', SOURCE.read_text())
+    assert old
+    path = changed(tmp_path, header, old[1], f'doc = "{doc}"')
+    with pytest.raises(CustomError, match=rf"custom\.toml:\d+:1: error: fpga2\.{header}: doc = "):
+        load(path)
+
+
+@pytest.mark.parametrize("macro", ["X Y", "x", "X); system(1", "X\\nY", 3])
+def test_macro_that_is_no_name__is_refused(tmp_path, macro):
+    text = SOURCE.read_text()
+    old = re.search(r'\[fpga2\.components\.ci_fadd\][^[]*?(macro = ".*")', text)
+    assert old
+    new = f'macro = "{macro}"' if isinstance(macro, str) else f"macro = {macro}"
+    with pytest.raises(CustomError, match=r"ci_fadd: macro = .*: a capital letter"):
+        load(changed(tmp_path, "components.ci_fadd", old[1], new))
+
+
 @EACH
 def test_demo__on_a_host__runs_in_software_and_agrees(platform, part, mine, tmp_path):
     source = ROOT / f"nios_sw/demo/{part.name}.c"

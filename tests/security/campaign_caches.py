@@ -14,9 +14,16 @@ from pathlib import Path
 from sim.report.goals import Goal, at_least, exactly
 from sim.rtl.asip_rtl import AsipRtl
 from sim.rtl.runtime import MODELS, seal, sealed
-from tests.security.test_caches import damaged
 
 DAMAGES = 100
+
+
+def damaged(data: bytes, rng: random.Random) -> bytes:
+    """A flipped bit, or a piece cut off the end."""
+    if rng.random() < 0.5:
+        return data[: rng.randrange(len(data))]
+    at = rng.randrange(len(data))
+    return data[:at] + bytes([data[at] ^ 1 << rng.randrange(8)]) + data[at + 1 :]
 
 
 def rows(full: bool) -> Iterator[Goal]:

@@ -8,13 +8,25 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 
 from sim.report.goals import Goal, depth, exactly
 from tests.security.environments import PLAIN, TABLE, Environment, job, set_up
+from tests.security.outcomes import resumed
 
 LEAST = 25
 CURE = "make goals T='security environments' RUN=full"
+
+
+def outcome(what: Environment, folder: Path, full: bool) -> dict:
+    """What is wrong with the set-up and with the jobs, and digests of what the jobs wrote."""
+    used = [Path(tempfile.mkdtemp(dir=folder)) for _ in range(2)]
+    wrong = set_up(used[0], what, full)
+    failed, outputs = job(used[1], what, full)
+    for each in used:
+        shutil.rmtree(each, ignore_errors=True)
+    return {"name": what.name, "set_up": wrong, "job": failed, "outputs": outputs}
 
 
 def failures(
@@ -22,26 +34,27 @@ def failures(
 ) -> tuple[list[str], list[str], list[str]]:
     """Names of the environments in which the set-up, and in which a job fails; what they said.
 
-    full: the main job, and a set-up that makes the virtual environment, else quick ones.
-    Raises RuntimeError if the plain environment fails.
+    full: the main job and a test command, and a set-up that makes the virtual environment, else
+    quick ones. A full campaign resumes. Raises RuntimeError if the plain environment fails.
     """
-    wrong, wanted = job(folder / "plain", PLAIN, full)
-    if wrong:
-        raise RuntimeError(f"the job fails in the plain environment: {wrong}")
+    order = [PLAIN, *(each for each in table if each is not PLAIN)]
+    found = []
+    for what in order:
+        measure = partial(outcome, what, folder, full)
+        found.append(resumed("environments", what.name, measure) if full else measure())
+        if what is PLAIN and found[0]["job"]:
+            raise RuntimeError(f"the job fails in the plain environment: {found[0]['job']}")
     set_ups, jobs, said = [], [], []
-    for n, what in enumerate(table):
-        if found := set_up(folder / f"set-up {n}", what, full):
-            set_ups.append(what.name)
-            said.append(f"{what.name}, set-up: {found}")
-        found, outputs = job(folder / f"job {n}", what, full)
-        if not found and not what.cure(full) and outputs != wanted:
+    wanted = found[0]["outputs"]
+    for what, seen in zip(order, found, strict=True):
+        wrong, outputs = seen["job"], seen["outputs"]
+        if not wrong and not what.cure(full) and outputs != wanted:
             differ = [name for name in wanted if outputs.get(name) != wanted[name]]
-            found = f"outputs differ from those of the plain environment: {differ}"
-        if found:
-            jobs.append(what.name)
-            said.append(f"{what.name}, job: {found}")
-        for used in (folder / f"set-up {n}", folder / f"job {n}"):
-            shutil.rmtree(used, ignore_errors=True)
+            wrong = f"outputs differ from those of the plain environment: {differ}"
+        for part, text, names in (("set-up", seen["set_up"], set_ups), ("job", wrong, jobs)):
+            if text:
+                names.append(what.name)
+                said.append(f"{what.name}, {part}: {text}")
     return set_ups, jobs, said
 
 

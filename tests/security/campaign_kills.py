@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Goals of killed jobs: no process is left, no output is damaged, the job runs again.
 
-TERM goes to make alone; INT and HUP come from a terminal, which sends them to all its processes;
-KILL goes to the job below make, so that its workers must end by themselves.
+A kill is a signal and whom it goes to. "first" is make alone, or the command where none is in
+front of it. "terminal" is the whole group of processes, as Ctrl-C in a terminal reaches it. "job"
+is what the first one has started, so that the workers of a job that is killed must end by
+themselves. "any" is one process below the first, chosen at random: a shell, a worker, a compiler.
+The job may then end by itself.
 """
 
 from __future__ import annotations
@@ -12,37 +15,61 @@ import os
 import random
 import signal
 import subprocess
+import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache, partial
 from pathlib import Path
 
 from asip_asm.project import ROOT
 from sim.report.goals import Goal, depth, exactly
-from tests.security.test_signals import DEADLINE, members, obey_signals
+from tests.security.outcomes import resumed
+from tests.security.sessions import DEADLINE, marked, marked_environment, obey_signals
 
-SIGNALS = ("SIGTERM", "SIGINT", "SIGHUP", "SIGKILL")
 KILLS = 100
 CURE = "make goals T='security kills' RUN=full"
-QUICK = {"run": (4, ("run", "TICKS=5", "PLATFORMS=fpga3"))}
+KINDS = (
+    ("SIGTERM", "first"), ("SIGINT", "terminal"), ("SIGHUP", "terminal"), ("SIGKILL", "job"),
+    ("SIGTERM", "any"), ("SIGINT", "any"), ("SIGHUP", "any"), ("SIGKILL", "any"),
+)  # fmt: skip
+RUN = ("make", "run", "TICKS=5", "PLATFORMS=fpga3")
+TESTS = "PYTEST_ADDOPTS=tests/asm/test_cli.py tests/security/test_processes.py"
+MICROTICK = (sys.executable, "-m", "sim.verbs")
+QUICK = {"run": (4, RUN)}
 FULL = {
-    "run": (50, ("run", "TICKS=200")),
-    "test": (25, ("test", "T=test_image or test_processes")),
-    "robots": (25, ("robots", "T=pendulum")),
+    "run": (40, RUN),
+    "test": (40, ("make", "test", "-o", "checks", TESTS)),
+    "robots": (20, (*MICROTICK, "robots", "--only", "pendulum")),
 }
+"""Short forms: the tests are two files, without the checks of sources before them."""
 PNG_END = b"IEND\xaeB`\x82"
+SHOWN = (".json", ".html", ".png", ".xml")
 RERUN_EACH = 10  # kills
 
 
-@dataclass
-class Found:
-    """What kills left: names of the kill and what was wrong."""
+@dataclass(frozen=True)
+class Kill:
+    """One kill of a job, at a moment given as a part of the job's length."""
 
-    kills: int = 0
-    left: list[str] = field(default_factory=list)
-    damaged: list[str] = field(default_factory=list)
-    failed: list[str] = field(default_factory=list)
+    job: str
+    n: int
+
+    @property
+    def kind(self) -> tuple[str, str]:
+        """Signal, and whom it goes to."""
+        return KINDS[(self.n - 1) % len(KINDS)]
+
+    @property
+    def random(self) -> random.Random:
+        """The source of what is chosen at random."""
+        return random.Random(f"{self.job} {self.n}")
+
+    def __str__(self) -> str:
+        name, whom = self.kind
+        return f"{self.job} {self.n}: {name} to {whom} at {self.random.random():.3f} of its length"
 
 
 def damage(file: Path) -> str:
@@ -52,6 +79,11 @@ def damage(file: Path) -> str:
         try:
             json.loads(data)
         except ValueError as error:
+            return str(error)
+    if file.suffix == ".xml":
+        try:
+            ElementTree.fromstring(data)
+        except ElementTree.ParseError as error:
             return str(error)
     if file.suffix == ".html" and not data.rstrip().endswith(b"</html>"):
         return "no end of the page"
@@ -64,16 +96,16 @@ def outputs(folder: Path) -> list[Path]:
     """Files that a job shows; one being written has a name with a dot in front."""
     return [
         each for each in folder.glob("*.*")
-        if each.suffix in (".json", ".html", ".png") and not each.name.startswith(".")
+        if each.suffix in SHOWN and not each.name.startswith(".")
     ]  # fmt: skip
 
 
-def start(words: Sequence[str], output: Path) -> subprocess.Popen[bytes]:
-    """Start a target of the Makefile in a session of its own."""
-    environment = {k: v for k, v in os.environ.items() if k not in ("MAKEFLAGS", "MAKELEVEL")}
-    command = ["make", *words, *([f"OUTPUT={output}"] if words[0] == "run" else [])]
+def start(words: Sequence[str], output: Path, mark: str) -> subprocess.Popen[bytes]:
+    """Start a command in a session of its own; the main job writes to `output`."""
+    command = [*words, *([f"OUTPUT={output}"] if "run" in words else [])]
     return subprocess.Popen(
-        command, cwd=ROOT, env=environment, start_new_session=True, preexec_fn=obey_signals,
+        command, cwd=ROOT, env=marked_environment(mark), start_new_session=True,
+        preexec_fn=obey_signals,
         stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     )  # fmt: skip
 
@@ -84,65 +116,93 @@ def children(pid: int) -> list[int]:
     return [int(each) for each in text.split()]
 
 
-def send(job: subprocess.Popen[bytes], name: str) -> None:
+def send(
+    job: subprocess.Popen[bytes], kind: tuple[str, str], mark: str, rng: random.Random
+) -> None:
     """Send a signal as the module's text says; nothing if the job is over."""
-    number = getattr(signal, name)
+    number, whom = getattr(signal, kind[0]), kind[1]
     try:
-        if name == "SIGTERM":
-            job.terminate()
-        elif name == "SIGKILL":
+        if whom == "first":
+            job.send_signal(number)
+        elif whom == "terminal":
+            os.killpg(job.pid, number)
+        elif whom == "job":
             for child in children(job.pid):
                 os.kill(child, number)
         else:
-            os.killpg(job.pid, number)
+            below = sorted(set(marked(mark)) - {job.pid})
+            if below:
+                os.kill(rng.choice(below), number)
     except (ProcessLookupError, FileNotFoundError):
         pass
 
 
-def survivors(job: subprocess.Popen[bytes]) -> list[str]:
-    """Processes of the session that are there when it should be over; they are ended."""
+def survivors(job: subprocess.Popen[bytes], mark: str, patience: float) -> list[str]:
+    """Processes of the job that are there when it should be over; they are ended.
+
+    patience: how long the job may go on before that, in s.
+    """
+    try:
+        job.wait(patience)
+    except subprocess.TimeoutExpired:
+        pass  # it is found below
     end = time.monotonic() + DEADLINE
-    while (found := members(job.pid)) and time.monotonic() < end:
-        job.poll()
+    while (found := marked(mark)) and time.monotonic() < end:
         time.sleep(0.05)
-    if found:
-        os.killpg(job.pid, signal.SIGKILL)
+    for pid in found:
+        try:
+            os.kill(pid, signal.SIGKILL)
+        except ProcessLookupError:
+            pass
     job.wait()
-    return found
+    return list(found.values())
 
 
-def kill(words: Sequence[str], count: int, rng: random.Random, folder: Path, found: Found) -> None:
-    """Start and kill a job at random moments of its length; run it again every ten kills."""
-    name = words[0]
-    shown = folder if name == "run" else ROOT / "build"
+def kill(
+    what: Kill, words: Sequence[str], length_known: Callable[[], float], folder: Path
+) -> dict[str, list[str]]:
+    """Start a job and kill it: what was left and damaged, and whether it ran again where tried."""
+    length = length_known()
+    rng, mark = what.random, f"{os.getpid()} {what}"
+    moment = rng.random()
+    job = start(words, folder, mark)
+    time.sleep(moment * length)
+    send(job, what.kind, mark, rng)
+    left = survivors(job, mark, DEADLINE + 5 * length)
+    shown = folder if what.job == "run" else ROOT / "build"
+    wrong = {file.name: damage(file) for file in outputs(shown)}
+    damaged = [f"{name}: {text}" for name, text in wrong.items() if text]
+    again = what.n % RERUN_EACH == 0 and start(words, folder, mark).wait() != 0
+    return {"left": left, "damaged": damaged, "failed": ["it does not run again"] if again else []}
+
+
+def length_of(words: Sequence[str], folder: Path) -> float:
+    """How long a job takes when nothing kills it, in s."""
     begun = time.monotonic()
-    if start(words, folder).wait() != 0:
-        raise RuntimeError(f"make {' '.join(words)} fails before any kill")
-    length = time.monotonic() - begun
-    for n in range(1, count + 1):
-        number = SIGNALS[(n - 1) % len(SIGNALS)]
-        moment = rng.random()
-        said = f"{name} {n}: {number} at {moment:.3f} of its length"
-        job = start(words, folder)
-        time.sleep(moment * length)
-        send(job, number)
-        found.kills += 1
-        found.left += [f"{said}: {each}" for each in survivors(job)]
-        wrong = {file.name: damage(file) for file in outputs(shown)}
-        found.damaged += [f"{said}: {file}: {text}" for file, text in wrong.items() if text]
-        if (n % RERUN_EACH == 0 or n == count) and start(words, folder).wait() != 0:
-            found.failed.append(said)
+    if start(words, folder, "unharmed").wait() != 0:
+        raise RuntimeError(f"{' '.join(words)} fails before any kill")
+    return time.monotonic() - begun
 
 
 def rows(full: bool) -> Iterator[Goal]:
-    """Kills of the main job; the full form also of tests and of the robots shown."""
-    found, rng = Found(), random.Random(1)
-    with tempfile.TemporaryDirectory() as folder:
-        for count, words in (FULL if full else QUICK).values():
-            kill(words, count, rng, Path(folder), found)
-    yield depth("kills.tried", found.kills, KILLS, "kills", CURE)
-    yield exactly("kills.processes_left", len(found.left), 0, "processes", json.dumps(found.left))
-    yield exactly(
-        "kills.outputs_damaged", len(found.damaged), 0, "files", json.dumps(found.damaged)
-    )
-    yield exactly("kills.reruns_failed", len(found.failed), 0, "runs", json.dumps(found.failed))
+    """Kills of the main job; the full form also of tests and of a robot shown. It resumes."""
+    found: dict[str, list[str]] = {"left": [], "damaged": [], "failed": []}
+    tried = 0
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for job, (count, words) in (FULL if full else QUICK).items():
+            length = cache(partial(length_of, words, folder))
+            for n in range(1, count + 1):
+                what = Kill(job, n)
+                measure = partial(kill, what, words, length, folder)
+                outcome = resumed("kills", str(what), measure) if full else measure()
+                tried += 1
+                for key, texts in outcome.items():
+                    found[key] += [f"{what}: {text}" for text in texts]
+    yield depth("kills.tried", tried, KILLS, "kills", CURE)
+    for name, key, unit in (
+        ("kills.processes_left", "left", "processes"),
+        ("kills.outputs_damaged", "damaged", "files"),
+        ("kills.reruns_failed", "failed", "runs"),
+    ):
+        yield exactly(name, len(found[key]), 0, unit, json.dumps(found[key]))

@@ -6,9 +6,11 @@ from __future__ import annotations
 import json
 import socket
 from collections.abc import Iterator, Sequence
+from functools import partial
 from random import Random
 
 from sim.report.goals import Goal, depth, exactly
+from tests.security.outcomes import resumed
 from tests.security.ports import HOST, PORTS, Port, Running, post, talk
 
 RANDOM, SAMPLE = 100_000, 1_000
@@ -92,16 +94,24 @@ def survives_crafted(port: Port, server: Running, both: bool) -> str:
     return "" if port.works(server) else "does not answer after the crafted packets"
 
 
+def outcome(port: Port, full: bool) -> dict[str, list[str]]:
+    """Clients without a right that a port obeys, and why its server has ended if it has."""
+    with port.start() as server:
+        obeying = [f"{port.name}: {text}" for text in foreign_clients(port, server)]
+        count = RANDOM if full else SAMPLE
+        why = survives_crafted(port, server, full) or survives(port, server, 1, count)
+    return {"obeying": obeying, "ended": [f"{port.name} {why}"] if why else []}
+
+
 def rows(full: bool) -> Iterator[Goal]:
-    """Goals of the ports."""
-    count = RANDOM if full else SAMPLE
-    obeying, ended, sent = [], [], 0
+    """Goals of the ports; the full form resumes."""
+    found = []
     for port in PORTS:
-        with port.start() as server:
-            obeying += [f"{port.name}: {text}" for text in foreign_clients(port, server)]
-            why = survives_crafted(port, server, full) or survives(port, server, 1, count)
-            ended += [f"{port.name} {why}"] if why else []
-            sent += 0 if why else count
+        measure = partial(outcome, port, full)
+        found.append(resumed("ports", port.name, measure) if full else measure())
+    obeying = [text for each in found for text in each["obeying"]]
+    ended = [text for each in found for text in each["ended"]]
+    sent = (RANDOM if full else SAMPLE) * sum(not each["ended"] for each in found)
     least = min(len(crafted(port)) for port in PORTS)
     yield exactly("ports.foreign_clients_obeyed", len(obeying), 0, "cases", json.dumps(obeying))
     yield exactly("ports.servers_ended", len(ended), 0, "servers", json.dumps(ended))

@@ -22,6 +22,7 @@ from importlib.metadata import distribution
 from pathlib import Path
 
 from asip_asm.project import ROOT
+from sim.rtl.processes import run_group
 
 DEADLINE = 1800.0  # s, against a hang
 NOWHERE = "http://127.0.0.1:9/simple"
@@ -35,6 +36,8 @@ probe: $(READY)
 """
 OF_PIP = ("PIP_INDEX_URL", "PIP_FIND_LINKS", "PIP_CERT", "PIP_PROXY", "HTTPS_PROXY")
 """Where packages come from."""
+TEST = ("test", "-o", "checks", "JOBS=0", "PYTEST_ADDOPTS=tests/asm/test_cli.py")
+"""The test command with one file of tests, without the checks of sources before it."""
 OF_THE_PLACE = ("checksum", "sources", "simulation")
 SQUARE = '.program "µ"\n.input x\n.output F, safe = 0.0\n fmul y, x, x\n mov F, y\n halt\n'
 # In place of the real project: one package, and a build tool of its own.
@@ -261,16 +264,16 @@ def shell(
     variables = base | {k: v for k, v in what.variables.items() if v is not None} | changes
     for name in [name for name, value in what.variables.items() if value is None]:
         variables.pop(name, None)
-    return subprocess.run(
-        whole, cwd="/", env=variables, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT, text=True, errors="replace", timeout=DEADLINE,
+    return run_group(
+        whole, DEADLINE, cwd="/", env=variables, stdin=subprocess.DEVNULL,
+        stderr=subprocess.STDOUT, errors="replace",
     )  # fmt: skip
 
 
 def start(folder: Path, what: Environment) -> tuple[Place, dict[str, str], dict[str, str]]:
     """Folders of an environment, the variables that name them, and those of every environment."""
     place = Place(folder / "home", folder / "spare")
-    place.home.mkdir(parents=True)
+    place.home.mkdir()
     place.spare.mkdir()
     # The plain home is shared: matplotlib looks for its fonts only once.
     home = folder.parent / "plain home"
@@ -360,7 +363,7 @@ def copied(target: Path, link: bool = True) -> Path:
 def job(folder: Path, what: Environment, whole: bool) -> tuple[str, dict[str, str]]:
     """Run the commands in an environment: what is wrong, and digests of what they wrote.
 
-    whole: five ticks of the main job, else programs and a plan.
+    whole: five ticks of the main job, then `TEST`; else programs and a plan.
     """
     place, changes, base = start(folder, what)
     checkout = copied(folder / what.folder) if what.folder else ROOT
@@ -376,14 +379,18 @@ def job(folder: Path, what: Environment, whole: bool) -> tuple[str, dict[str, st
     order = ["run", "TICKS=5", "PLATFORMS=fpga3"] if whole else ["-f", str(makefile), "probe"]
     done = shell(what, changes, ["make", *order, f"OUTPUT={output}"], checkout, place.home, base)
     wrong = verdict(done, what.cure(whole))
+    if whole and not wrong:
+        done = shell(what, changes, ["make", *TEST], checkout, place.home, base)
+        wrong = verdict(done, what.cure(whole))
+        wrong = f"make test: {wrong}" if wrong else ""
     return wrong, {} if wrong else digests(output)
 
 
 def digests(output: Path) -> dict[str, str]:
-    """Name -> digest of each file, without times of day, commits, and where its sources are."""
+    """Name -> digest of each file, without times of day, commits, and where it is."""
     found = {}
     for file in sorted(output.iterdir()):
-        content = file.read_bytes()
+        content = file.read_bytes().replace(os.fsencode(output), b"")
         if file.name in ("index.html", "plan.txt"):
             content = b"there" if content else b""
         elif file.suffix == ".json":

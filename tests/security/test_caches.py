@@ -16,6 +16,7 @@ from sim.report import provenance
 from sim.rtl import build, plain, runtime
 from sim.rtl.sources import sources_of
 from tests.bench.seed import SEED
+from tests.security.campaign_caches import damaged
 
 
 @pytest.fixture
@@ -46,14 +47,6 @@ def test_key__names_compiler_processor_and_verilator(monkeypatch, tmp_path):
     found.add(key())
     runtime.toolchain.cache_clear()
     assert len(found) == 5
-
-
-def damaged(data: bytes, rng: random.Random) -> bytes:
-    """A flipped bit, or a piece cut off the end."""
-    if rng.random() < 0.5:
-        return data[: rng.randrange(len(data))]
-    at = rng.randrange(len(data))
-    return data[:at] + bytes([data[at] ^ 1 << rng.randrange(8)]) + data[at + 1 :]
 
 
 def test_damaged_model__is_built_again_with_a_message(models, tmp_path, capfd, monkeypatch):

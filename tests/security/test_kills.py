@@ -3,13 +3,18 @@
 
 from __future__ import annotations
 
+import os
+import random
+import signal
 import subprocess
 import sys
+import time
 
 import pytest
 
 from tests.security import campaign_kills
 from tests.security.campaign_kills import PNG_END, children, damage, outputs, send, survivors
+from tests.security.sessions import marked, marked_environment
 
 
 @pytest.mark.parametrize(
@@ -18,6 +23,7 @@ from tests.security.campaign_kills import PNG_END, children, damage, outputs, se
         ("a.json", b'{"a": 1}\n', b'{"a": '),
         ("a.html", b"<html></html>\n", b"<html>"),
         ("a.png", b"x" + PNG_END, b"x"),
+        ("a.xml", b"<a><b/></a>", b"<a><b/>"),
         ("b.json", b"[]", b""),
     ],
 )
@@ -29,21 +35,54 @@ def test_damage__is_seen(name, whole, cut, tmp_path):
     assert damage(file)
 
 
-def test_survivor__is_seen_and_ended(monkeypatch):
+def test_survivor__is_seen_in_any_session_and_ended(monkeypatch):
     monkeypatch.setattr(campaign_kills, "DEADLINE", 0.3)
     script = (
-        "import subprocess, sys; subprocess.Popen(['sleep', '600']); print(flush=True); input()"
+        "import subprocess, sys; subprocess.Popen(['sleep', '600'], start_new_session=True); "
+        "print(flush=True); input()"
     )
+    mark = f"survivor of {os.getpid()}"
     job = subprocess.Popen(
-        [sys.executable, "-c", script], start_new_session=True,
+        [sys.executable, "-c", script], env=marked_environment(mark), start_new_session=True,
         stdin=subprocess.PIPE, stdout=subprocess.PIPE,
     )  # fmt: skip
     with job:
         assert job.stdout is not None and job.stdout.readline() == b"\n"
         assert len(children(job.pid)) == 1
-        send(job, "SIGTERM")
-        assert any("sleep 600" in each for each in survivors(job))
-        assert survivors(job) == []
+        send(job, ("SIGTERM", "first"), mark, random.Random(1))
+        assert [text.strip() for text in survivors(job, mark, 10.0)] == ["sleep 600"]
+        assert survivors(job, mark, 10.0) == []
+
+
+@pytest.mark.parametrize(
+    ("kind", "dead"),
+    [
+        (("SIGKILL", "first"), [True, False]),
+        (("SIGTERM", "terminal"), [True, True]),
+        (("SIGTERM", "job"), [False, True]),
+        (("SIGTERM", "any"), [False, True]),
+    ],
+)
+def test_signal__goes_to_whom_its_kind_names(kind, dead):
+    script = (
+        "import subprocess, sys; subprocess.Popen(['sleep', '600']); print(flush=True); input()"
+    )
+    mark = f"{kind} of {os.getpid()}"
+    job = subprocess.Popen(
+        [sys.executable, "-c", script], env=marked_environment(mark), start_new_session=True,
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+    )  # fmt: skip
+    with job:
+        assert job.stdout is not None and job.stdout.readline() == b"\n"
+        (child,) = children(job.pid)
+        send(job, kind, mark, random.Random(1))
+        gone = [job.pid, child] if all(dead) else [job.pid] if dead[0] else [child]
+        end = time.monotonic() + campaign_kills.DEADLINE
+        while set(gone) & set(marked(mark)) and time.monotonic() < end:
+            time.sleep(0.02)
+        assert set(marked(mark)) == {job.pid, child} - set(gone)
+        for pid in marked(mark):
+            os.kill(pid, signal.SIGKILL)
 
 
 @pytest.mark.full

@@ -65,6 +65,51 @@ def test_assembler__with_a_full_disk__keeps_the_image_of_before(tmp_path):
     assert image.read_text() == "old" and os.listdir(tmp_path) == [image.name]
 
 
+COMMANDS = {
+    "library": """
+import sim.core.host.__main__ as tool
+tool.simulated_core = lambda _: pathlib.Path({source!r})
+sys.exit(tool.main(["-o", {out!r}]))
+""",
+    "token": """
+from sim.rtl.private import write_secret
+write_secret(pathlib.Path({out!r}), "x" * 9000)
+""",
+    "set-points": """
+import sim.motion.trajectory.__main__ as tool
+sys.exit(tool.main([{program!r}, "--csv", {out!r}]))
+""",
+    "picture": """
+from sim.report.pictures import pyplot, save
+plt = pyplot("test")
+figure, axes = plt.subplots()
+axes.plot(range(3000))
+save(figure, pathlib.Path({out!r}))
+""",
+    "page": """
+from sim.report.goals import write_goals
+write_goals(pathlib.Path({out!r}), [{{"name": "x" * 9000}}])
+""",
+}
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_writer__with_a_full_disk__names_the_file_and_leaves_the_old_one(name, tmp_path):
+    outputs = tmp_path / "outputs"
+    outputs.mkdir()
+    out = outputs / ("picture.svg" if name == "picture" else "result")
+    out.write_text("old")
+    source = tmp_path / "libcore.so"
+    source.write_bytes(b"x" * 9000)
+    program = tmp_path / "part.ngc"
+    program.write_text("G21 G90 G1 X10 F600\nM2\n")
+    head = "import pathlib, signal, sys\nsignal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+    text = COMMANDS[name].format(out=str(out), source=str(source), program=str(program))
+    done = limited("-c", head + text)
+    assert done.returncode == 1 and str(out) in done.stderr.splitlines()[-1], done.stderr
+    assert out.read_text() == "old" and os.listdir(outputs) == [out.name]
+
+
 def test_output__that_is_interrupted__is_not_there(tmp_path):
     file = tmp_path / "out"
     with pytest.raises(KeyboardInterrupt), open_output(file) as stream:

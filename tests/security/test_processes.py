@@ -17,7 +17,8 @@ from asip_asm.project import ROOT
 from sim.core.fpbench import campaign
 from sim.core.fpbench.native import BenchError
 from sim.rtl import processes
-from tests.security.test_signals import members, obey_signals
+from tests.security.campaign_kills import survivors
+from tests.security.sessions import marked, marked_environment, members, obey_signals
 
 DEADLINE = 30.0  # s, against a hang
 LISTENS = "0A"  # state in the kernel's table
@@ -101,6 +102,59 @@ def test_killed_job__leaves_no_worker(name, tmp_path):
         if members(job.pid):
             os.killpg(job.pid, signal.SIGKILL)
         job.wait()
+
+
+GRANDCHILD = "sleep 600 & echo $!; wait"
+
+
+@pytest.mark.parametrize("stopped", [subprocess.TimeoutExpired, KeyboardInterrupt])
+def test_program__that_is_not_over__ends_with_all_that_it_started(stopped, monkeypatch):
+    mark = f"{stopped.__name__} of {os.getpid()}"
+    if stopped is KeyboardInterrupt:
+        monkeypatch.setattr(subprocess.Popen, "communicate", interrupt)
+    with pytest.raises(stopped):
+        processes.run_group(["sh", "-c", GRANDCHILD], 0.5, env=marked_environment(mark))
+    end = time.monotonic() + DEADLINE
+    while marked(mark) and time.monotonic() < end:
+        time.sleep(0.02)
+    assert marked(mark) == {}
+
+
+def interrupt(job: subprocess.Popen[str], *_: object) -> None:
+    """As Ctrl-C once the program runs."""
+    assert job.stdout is not None and job.stdout.readline()
+    raise KeyboardInterrupt
+
+
+TEST = """
+from sim.rtl.processes import run_group
+
+def test_that_takes_long(tmp_path):
+    run_group(["sh", "-c", "echo > started; sleep 600 & wait"], cwd={folder!r})
+"""
+
+
+@pytest.mark.parametrize(("name", "workers"), [("SIGTERM", 0), ("SIGHUP", 0), ("SIGTERM", 1)])
+def test_stopped_tests__end_the_programs_that_they_run(name, workers, tmp_path):
+    (tmp_path / "test_long.py").write_text(TEST.format(folder=str(tmp_path)))
+    mark = f"{name} {workers} of {os.getpid()}"
+    words = [sys.executable, "-m", "pytest", "-q", "-p", "tests.conftest", f"--rootdir={tmp_path}"]
+    job = subprocess.Popen(
+        [*words, "-n", str(workers), tmp_path], cwd=ROOT, env=marked_environment(mark),
+        start_new_session=True, preexec_fn=obey_signals, stdout=subprocess.DEVNULL,
+    )  # fmt: skip
+    end = time.monotonic() + DEADLINE
+    while not (tmp_path / "started").exists() and time.monotonic() < end:
+        time.sleep(0.05)
+    assert any("sleep 600" in text for text in marked(mark).values())
+    job.send_signal(getattr(signal, name))
+    assert job.wait(DEADLINE) != 0
+    assert survivors(job, mark, DEADLINE) == []
+
+
+def test_program__gets_its_input__and_its_texts_come_back():
+    done = processes.run_group(["sh", "-c", "cat; echo no >&2; exit 3"], input="yes")
+    assert (done.returncode, done.stdout, done.stderr) == (3, "yes", "no\n")
 
 
 def test_end_with_parent__in_the_main_process_is_a_mistake():

@@ -4,10 +4,10 @@
 from __future__ import annotations
 
 import shlex
-import subprocess
 
 import pytest
 
+from tests.bench.commands import output
 from tests.security.campaign_environments import can_confine
 from tests.security.environments import SQUARE, copied
 
@@ -25,6 +25,7 @@ COMMANDS = (
     "-m scripts.goals security caches",
     "-m scripts.plain_verilog --only biss_port",
     "scripts/gen_isa.py",
+    "-m pytest -p no:cacheprovider tests/asm/test_machine.py",
 )
 
 
@@ -43,7 +44,7 @@ def said(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
         lines.append(f"PYTHONPATH=. .venv/bin/python {command} > ../{n} 2>&1; echo $? >> ../{n}")
     script = "\n".join(lines)
     environment = {"PATH": "/usr/bin:/bin", "HOME": str(folder), "PYTHONUTF8": "1"}
-    subprocess.run(["unshare", "-rm", "sh", "-c", script], check=True, env=environment, timeout=600)
+    output("unshare", "-rm", "sh", "-c", script, env=environment, timeout=600)
     return {command: (folder / str(n)).read_text() for n, command in enumerate(COMMANDS)}
 
 

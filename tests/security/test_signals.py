@@ -8,32 +8,11 @@ import re
 import signal
 import subprocess
 import time
-from pathlib import Path
 
 import pytest
 
 from asip_asm.project import ROOT
-
-DEADLINE = 20.0  # s, against a hang
-
-
-def members(session: int) -> list[str]:
-    """Command lines of the processes of a session."""
-    found = []
-    for status in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            fields = status.read_text().rpartition(")")[2].split()
-            if int(fields[3]) == session and fields[0] != "Z":
-                found.append((status.parent / "cmdline").read_bytes().replace(b"\0", b" ").decode())
-        except OSError:
-            pass  # it has ended
-    return found
-
-
-def obey_signals() -> None:
-    """As in a terminal: a campaign in the background, or under nohup, ignores INT or HUP."""
-    for name in ("SIGINT", "SIGHUP", "SIGTERM"):
-        signal.signal(getattr(signal, name), signal.SIG_DFL)
+from tests.security.sessions import DEADLINE, members, obey_signals
 
 
 @pytest.mark.parametrize("name", ["SIGTERM", "SIGINT", "SIGHUP"])

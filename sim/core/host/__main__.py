@@ -3,11 +3,11 @@
 
 from __future__ import annotations
 
-import shutil
 import sys
 from pathlib import Path
 
 from asip_asm.command import command, command_parser
+from asip_asm.files import write_bytes
 from asip_asm.isa import default_isa
 from sim.core.host import DRIVER, simulated_core
 from sim.rtl.build import BuildError
@@ -40,7 +40,7 @@ def main(arguments: list[str] | None = None) -> int:
     )
     options = parser.parse_args(arguments)
     try:
-        shutil.copyfile(simulated_core(options.config), options.output)
+        write_bytes(options.output, simulated_core(options.config).read_bytes())
     except BuildError as error:
         print(f"python -m sim.core.host: error: {error}", file=sys.stderr)
         return 1
