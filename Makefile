@@ -48,7 +48,7 @@ RENAMED := test-mutants fp-case fp-bench fp-campaign fp-report readme
 TOOL_TARGETS := nios-toolchain nios-gdb qemu rs274
 
 # Parts of lint, and what make test looks at before it runs.
-.PHONY: checks lint-rtl lint-python lint-registers lint-site
+.PHONY: checks lint-rtl lint-python lint-types lint-registers lint-site
 .PHONY: help setup setup-synth tools run test test-full lint format gen gen-check
 .PHONY: docs site goals lock clean tools-for-tests $(VERBS) $(RENAMED) $(TOOL_TARGETS)
 
@@ -92,7 +92,7 @@ tools-for-tests: $(READY) $(if $(filter true,$(CI)),$(READY_SYNTH))
 checks: $(READY)
 	@$(MAKE) --no-print-directory --output-sync=target -j$(JOBS) lint gen-check
 
-lint: lint-rtl lint-python lint-registers lint-site ## ruff, import rules; Verilator, slang and our subset on the RTL; links of the documents
+lint: lint-rtl lint-python lint-types lint-registers lint-site ## ruff, import rules, types; Verilator, slang and our subset on the RTL; links of the documents
 	@echo "lint: clean"
 
 lint-rtl: $(READY)
@@ -103,6 +103,9 @@ lint-python: $(READY)
 	$(VENV)/bin/ruff format -q --check .
 	@found=$$($(VENV)/bin/lint-imports --no-logo --no-cache) || { echo "$$found"; exit 1; }
 	@$(PY) -m scripts.lint_rooms
+
+lint-types: $(READY)
+	@$(PY) scripts/lint_types.py
 
 lint-registers: $(READY)
 	@$(PY) scripts/rtl_subset.py

@@ -133,7 +133,7 @@ class _Allocation:
 
     def _reserve_named(self) -> None:
         """Take registers that the source names out of the pools."""
-        named = {export.value for export in self.program.exports}
+        named: set[object] = {export.value for export in self.program.exports}
         named.update(state.register for state in self.program.fixed_states)
         for _, _, op in self.program.placed():
             named.update((op.dst, op.a, op.b, op.c))
@@ -147,7 +147,8 @@ class _Allocation:
             if isinstance(op.dst, Virtual)
         }
         for state in self.program.states:
-            bank = bank_of.get(state.last) or state.pin or "C"
+            written = bank_of.get(state.last) if state.last is not None else None
+            bank = written or state.pin or "C"
             if not self.free[bank]:
                 raise AllocationError(f"state '{state.name}': bank {bank} has no register left")
             self.placement[state.first] = self.free[bank].popleft()
@@ -205,7 +206,8 @@ class _Allocation:
         for region in self.program.regions:
             bundles = region.bundles or []
             for (i, slot), done in self.machine.landings(bundles).items():
-                value = found.get(bundles[i].slots[slot].dst)
+                op = bundles[i].slots[slot]
+                value = found.get(op.dst) if op and isinstance(op.dst, Virtual) else None
                 if value is not None and all(read <= position + i for read in value.reads):
                     value.done = position + done
             position += len(bundles)
@@ -278,8 +280,9 @@ class _Spiller:
         if symbol in self.stored:
             return index
         writer = next(op for op in region.operations if op.dst == symbol)
-        if writer.mnemonic == "ld" and writer.imm not in self.changed:
-            self.stored[symbol] = writer.imm
+        word = writer.imm if writer.mnemonic == "ld" else None
+        if word is not None and word not in self.changed:
+            self.stored[symbol] = word
             return index
         address = len(self.program.data)
         if address >= self.machine.data_words:

@@ -7,6 +7,7 @@ import argparse
 import re
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 from asip_asm.assemble import build_program, encode
@@ -24,7 +25,7 @@ from asip_asm.memory_formats import to_intel_hex, to_mif, to_readmemh
 from asip_asm.report import report_program
 from asip_asm.search import Progress
 
-FORMATS = {
+FORMATS: dict[str, tuple[Callable[[Image], str], str]] = {
     "json": (Image.dumps, ".asip.json"),
     "c": (to_c, ".asip.h"),
     "readmemh": (to_readmemh, ".mem"),
@@ -77,7 +78,8 @@ def _assemble(options: argparse.Namespace) -> int:
             )
             return 1
         as_c = options.format == "c"
-        texts = {output: to_c(image, options.prefix or "") if as_c else to_text(image)}
+        text = to_c(image, options.prefix or "") if as_c else to_text(image)
+        texts = {output: text}
         if beside:
             texts[beside] = debug_map(program, machine, image).dumps()
         if options.listing:

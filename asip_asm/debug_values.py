@@ -14,7 +14,17 @@ from collections import defaultdict
 from asip_asm.debug_map import SPANS, DebugMap, Value, Write
 from asip_asm.encode import label_addresses
 from asip_asm.image import Image
-from asip_asm.ir import Operation, Output, Program, Register, SourceLine, Virtual, register_name
+from asip_asm.ir import (
+    FixedState,
+    Operation,
+    Output,
+    Program,
+    Register,
+    SourceLine,
+    State,
+    Virtual,
+    register_name,
+)
 from asip_asm.isa import default_isa
 from asip_asm.machine import BRANCHES, Machine
 from asip_asm.reader import display_path
@@ -42,7 +52,8 @@ class _Builder:
         self.found: dict[Key, Value] = {}
         self.types: dict[str, str] = {s.name: s.type for s in program.states}
         self.types |= {s.name: s.type for s in program.fixed_states}
-        self.k_types = {f"k{e.index}": e.type for e in (*image.inputs, *image.constants)}
+        self.k_types = {f"k{entry.index}": entry.type for entry in image.inputs}
+        self.k_types |= {f"k{constant.index}": constant.type for constant in image.constants}
         # Physical registers that the source gives a name.
         self.aliases = {register_name(s.register): s.name for s in program.fixed_states}
         self.aliases |= {
@@ -97,7 +108,7 @@ class _Builder:
         found: dict[tuple[str, int], tuple[Virtual, int]] = {}
         for i, _, op in self.program.placed():
             symbol = op.symbols.get({"st": "a", "ld": "dst"}.get(op.mnemonic, ""))
-            if symbol is not None and (symbol.name, op.imm) in words:
+            if symbol is not None and op.imm is not None and (symbol.name, op.imm) in words:
                 found.setdefault((symbol.name, op.imm), (symbol, i))
         return found
 
@@ -105,9 +116,10 @@ class _Builder:
     def _definitions(self) -> dict[str, dict[int, Key]]:
         """By place, the value that each bundle writes there; fills `found`."""
         places: dict[str, dict[int, Key]] = defaultdict(dict)
-        for state in (*self.program.states, *self.program.fixed_states):
+        states: list[State | FixedState] = [*self.program.states, *self.program.fixed_states]
+        for state in states:
             if state.register is not None:
-                version = state.first.version if hasattr(state, "first") else -1
+                version = state.first.version if isinstance(state, State) else -1
                 place = register_name(state.register)
                 self._value((state.name, version, place), state.type)
                 places[place][-1] = (state.name, version, place)
@@ -148,7 +160,7 @@ class _Builder:
         symbol = op.symbols.get("dst")
         if symbol is None:
             return self.aliases.get(place, place), -1, place
-        if "~" in symbol.name:  # a copy from data memory
+        if "~" in symbol.name and op.imm is not None:  # a copy from data memory
             symbol = self.copies[symbol.name.split("~")[0], op.imm][0]
         return symbol.name, symbol.version, place
 

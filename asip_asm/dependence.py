@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import overload
 
 from asip_asm.ir import Operation, Register, Virtual
 from asip_asm.machine import BRANCHES, Machine, sources
@@ -23,19 +24,31 @@ class Graph:
     successors: list[list[tuple[int, int]]]
     latency: list[int]
 
-    def heads(self, extra: Sequence[float] | None = None) -> list[float]:
+    @overload
+    def heads(self) -> list[int]: ...
+
+    @overload
+    def heads(self, extra: Sequence[float]) -> list[float]: ...
+
+    def heads(self, extra: Sequence[float] | None = None) -> list[int] | list[float]:
         """Earliest issue cycle of each operation without resource limits.
 
         `extra[i]` more cycles are allowed for operation i, for instance to wait for a resource.
         """
         extra = extra or [0] * len(self.operations)
-        head = [0] * len(self.operations)
+        head: list[float] = [0] * len(self.operations)
         for i, edges in enumerate(self.successors):
             for j, distance in edges:
                 head[j] = max(head[j], head[i] + extra[i] + distance)
         return head
 
-    def tails(self, extra: Sequence[float] | None = None) -> list[float]:
+    @overload
+    def tails(self) -> list[int]: ...
+
+    @overload
+    def tails(self, extra: Sequence[float]) -> list[float]: ...
+
+    def tails(self, extra: Sequence[float] | None = None) -> list[int] | list[float]:
         """Least number of cycles from the issue of each operation to the end of the last write.
 
         `extra[i]` more cycles are allowed for operation i.
@@ -60,7 +73,7 @@ def build_graph(
     issue), write after write latency + 1. Loads and stores that may meet at an address keep their
     order, a final branch stays last.
     """
-    place = storage or {}
+    place: dict[object, Virtual] = {symbol: home for symbol, home in (storage or {}).items()}
     graph = Graph(
         list(operations),
         [[] for _ in operations],
@@ -76,6 +89,7 @@ def build_graph(
     writer: dict[object, int] = {}
     readers: dict[object, list[int]] = {}
     accesses: list[int] = []
+    key: object
     for j, op in enumerate(graph.operations):
         for source in sources(op):
             key = place.get(source, source)

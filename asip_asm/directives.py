@@ -233,8 +233,9 @@ class Directives:
         if pin is None:
             return
         declaration.pin = pin.text if pin.text in ("A", "B", "C") else physical_register(pin.text)
-        register = isinstance(declaration.pin, Register)
-        if declaration.pin is None or (register and declaration.pin.bank not in ("A", "B", "C")):
+        chosen = declaration.pin
+        wrong = isinstance(chosen, Register) and chosen.bank not in ("A", "B", "C")
+        if chosen is None or wrong:
             declaration.pin = None
             raise SourceError(
                 pin.place,

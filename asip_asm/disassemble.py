@@ -26,6 +26,12 @@ def decode_register(field: int, isa: Isa) -> Register:
     raise DecodeError(f"source field {field:#05x} names no register")
 
 
+def _physical(operand: object) -> str:
+    """Name of an operand of decoded words, which have registers alone."""
+    assert isinstance(operand, Register), operand
+    return register_name(operand)
+
+
 def decode_operation(word: int, slot: int, configuration: str, isa: Isa) -> Operation:
     """Operation of a word in a slot; branch targets and data addresses are in `imm`.
 
@@ -90,15 +96,15 @@ def operation_text(operation: Operation, isa: Isa, labels: dict[int, str]) -> st
     for operand in record.operands:
         if operand == "dst":
             dst = operation.dst
-            text = f"o{dst.index}" if isinstance(dst, Output) else register_name(dst)
+            text = f"o{dst.index}" if isinstance(dst, Output) else _physical(dst)
         elif operand == "target":
             text = labels[operation.imm or 0]
         elif operand == "address":
             text = str(operation.imm)
             if operation.b != ZERO:
-                text += f"[{register_name(operation.b)}]"
+                text += f"[{_physical(operation.b)}]"
         else:
-            text = register_name(getattr(operation, operand))
+            text = _physical(getattr(operation, operand))
         texts.append(text)
     return f"{operation.mnemonic} {', '.join(texts)}".strip()
 

@@ -12,7 +12,16 @@ from asip_asm.image import (
     SourceEntry,
     StateEntry,
 )
-from asip_asm.ir import Bundle, Operation, Output, Program, Register, register_name
+from asip_asm.ir import (
+    Bundle,
+    FixedState,
+    Operation,
+    Output,
+    Program,
+    Register,
+    State,
+    register_name,
+)
 from asip_asm.isa import Isa
 from asip_asm.regmap import compose
 
@@ -89,9 +98,10 @@ def encode_program(program: Program, isa: Isa, cycles: int | None) -> Image:
         )
     labels = label_addresses(program)
     digits = isa.bundle_width(program.configuration) // 4
+    declared: list[State | FixedState] = [*program.states, *program.fixed_states]
     states = [
         StateEntry(s.name, register_name(_placed(s.name, s.register)), s.type, f"{s.bits:08x}")
-        for s in [*program.states, *program.fixed_states]
+        for s in declared
     ]
     constants = sorted(program.constants, key=lambda word: word.index)
     return Image(

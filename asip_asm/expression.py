@@ -160,15 +160,15 @@ class Evaluator:
             return self._call(token, cursor)
         if token.text == "pi":
             return math.pi
-        value = self.lookup(token.text)
-        if value is None:
+        named = self.lookup(token.text)
+        if named is None:
             raise SourceError(
                 token.place,
                 f"'{token.text}' is not the name of a constant",
                 closest(token.text, [*self.known(), "pi", *FUNCTIONS])
                 or "declare it above with .const or .param",
             )
-        return value
+        return named
 
     def _call(self, token: Token, cursor: Cursor) -> float:
         if token.text not in FUNCTIONS:

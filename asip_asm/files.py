@@ -136,7 +136,8 @@ def open_output(path: Path) -> Iterator[TextIO]:
 
 def refuse_overwriting(outputs: Iterable[Path], inputs: Iterable[Path]) -> None:
     """Raises OSError if a file to write is one of the inputs, by whatever name, or named twice."""
-    inputs, written = list(inputs), []
+    inputs = list(inputs)
+    written: list[Path] = []
     for output in outputs:
         for other in inputs:
             if _same(output, other):

@@ -173,7 +173,7 @@ class Image(msgspec.Struct, forbid_unknown_fields=True):
         """The image as JSON data, with its checksum."""
         head = {"format": FORMAT, "version": VERSION, "checksum": "", "title": self.title}
         head |= {"configuration": self.configuration, "entry": self.entry}
-        data = head | msgspec.to_builtins(self)
+        data: dict[str, Any] = head | msgspec.to_builtins(self)
         for name in ("parameters", "functions"):
             if not data[name]:
                 del data[name]
@@ -290,7 +290,8 @@ def _problems(image: Image, isa: Isa) -> Iterator[str]:
     yield from _twice("register of a state", (s.register for s in image.states))
     for what in ("inputs", "outputs", "states", "exports", "functions"):
         yield from _twice(f"name in {what}", (entry.name for entry in getattr(image, what)))
-    for entry in (*image.states, *image.exports):
+    held: list[StateEntry | ExportEntry] = [*image.states, *image.exports]
+    for entry in held:
         bank = isa.banks[entry.register[0].upper()]
         if int(entry.register[1:]) >= bank.size or (
             bank.name == "B" and configuration.fma_pipes < 2

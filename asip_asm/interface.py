@@ -117,7 +117,7 @@ def _load(path: Path, including: tuple[Path, ...]) -> Interface:
     return _Loader(path, text, (*including, path.resolve())).interface(content)
 
 
-_T = TypeVar("_T")
+_T = TypeVar("_T", bound=msgspec.Struct)
 
 
 class _Loader:
@@ -142,10 +142,11 @@ class _Loader:
             return msgspec.convert(content, kind)
         except msgspec.ValidationError as error:
             cause, _, place = str(error).partition(" - at `")
-            steps = _STEP.findall(_PATH.match(place).group(1)) if place else []
+            found = _PATH.match(place)
+            steps = _STEP.findall(found.group(1)) if found else []
             where = [*base, *(name or int(index) for name, index in steps)]
             unknown, missing = _UNKNOWN.match(cause), _MISSING.match(cause)
-            named = kind
+            named: type[msgspec.Struct] = kind
             if where and where[0] in KINDS and kind is _Record:
                 named = _ENTRIES[str(where[0])]
             fields = [field.name for field in msgspec.structs.fields(named)]

@@ -70,6 +70,13 @@ class UnitRecord:
     latency: int | None = None
     latency_constant: str | None = None
 
+    @property
+    def ranks(self) -> int:
+        """The latency, which a machine's units have: `machine` puts the constant's value there."""
+        if self.latency is None:
+            raise ValueError(f"{self.name}: its latency is {self.latency_constant}")
+        return self.latency
+
 
 @dataclass(frozen=True)
 class OperationRecord:

@@ -71,7 +71,7 @@ def tokenize(line: Line) -> list[Token]:
             raise SourceError(
                 Place(line, column), f"character {_shown(code[column])} means nothing here"
             )
-        kind, text = match.lastgroup, match.group()
+        kind, text = match.lastgroup or "", match.group()
         place = Place(line, column, len(text))
         if kind == "number" and not _NUMBER.fullmatch(text):
             raise SourceError(

@@ -18,7 +18,15 @@ from asip_asm.debug_map import DebugMap, Span, Write
 from asip_asm.disassemble import decode_bundle
 from asip_asm.encode import encode_bundle
 from asip_asm.expression import literal_name
-from asip_asm.image import FunctionEntry, Image, Name
+from asip_asm.image import (
+    ConstantEntry,
+    ExportEntry,
+    FunctionEntry,
+    Image,
+    InputEntry,
+    Name,
+    StateEntry,
+)
 from asip_asm.ir import Bundle, Operation, Output, Register, register_name
 from asip_asm.isa import Isa, default_isa
 from asip_asm.source import physical_register
@@ -36,6 +44,13 @@ class _Places:
     first_output: int = 0
     first_data: int = 0
     first_bundle: int = 0
+
+    def moved(self, name: str) -> Register:
+        """Where the register of this name goes."""
+        register = physical_register(name)
+        if register is None:
+            raise LinkError(f"{name} is no register")
+        return self.registers[register]
 
 
 def link(title: str, programs: Mapping[str, Image]) -> Image:
@@ -100,7 +115,7 @@ def _moved_map(old: DebugMap, image: Image, place: _Places) -> DebugMap:
     def location(text: str) -> str:
         if text[0] == "o":
             return f"o{int(text[1:]) + place.first_output}"
-        return register_name(place.registers[physical_register(text)])
+        return register_name(place.moved(text))
 
     values = [
         msgspec.structs.replace(
@@ -115,7 +130,7 @@ def _moved_map(old: DebugMap, image: Image, place: _Places) -> DebugMap:
         for value in old.values
     ]
     follow = old.follow | {str(own - 1): old.following(own - 1)}
-    calls = [(*key.split("."), texts) for key, texts in old.calls.items()]
+    calls = [(*key.partition(".")[::2], texts) for key, texts in old.calls.items()]
     return DebugMap(
         image=image.to_json()["checksum"],
         bundles=total,
@@ -180,9 +195,9 @@ def _own_registers(
         top = isa.banks[bank].size
         kept: list[set[Register]] = []
         for image in programs.values():
-            entries = (*image.states, *image.exports)
-            own = {r for r in (physical_register(e.register) for e in entries) if r.bank == bank}
-            kept.append(own)
+            entries: list[StateEntry | ExportEntry] = [*image.states, *image.exports]
+            named = [physical_register(entry.register) for entry in entries]
+            kept.append({r for r in named if r is not None and r.bank == bank})
         total = sum(map(len, kept))
         for place, name, bundles, own in zip(places, programs, decoded, kept, strict=True):
             for register in sorted(own, key=lambda r: r.index):
@@ -209,7 +224,9 @@ def _used(bundles: Sequence[Bundle], bank: str) -> set[Register]:
 
 def _bank_k(places: list[_Places], programs: Mapping[str, Image], isa: Isa):
     """Constants, inputs and parameters of the image; fills in where their words go."""
-    constants, inputs, parameters = [], [], []
+    constants: list[ConstantEntry] = []
+    inputs: list[tuple[InputEntry, str, int]] = []
+    parameters: list[str] = []
     shared: dict[str, int] = {}
     words = 0
     for place, (name, image) in zip(places, programs.items(), strict=True):
@@ -265,7 +282,7 @@ def _moved(bundle: Bundle, place: _Places, isa: Isa) -> tuple[Bundle, dict[str, 
             setattr(new, name, place.registers.get(source, source))
         if isinstance(old.dst, Output):
             new.dst = Output(old.dst.index + place.first_output)
-        elif old.dst is not None:
+        elif isinstance(old.dst, Register):
             new.dst = place.registers[old.dst]
         if "target" in record.operands:
             new.target = f"L{old.imm}"
@@ -283,7 +300,7 @@ def _add_signals(result: Image, name: str, image: Image, place: _Places) -> None
         return f"{name}.{text}"
 
     def moved(register: str) -> str:
-        return register_name(place.registers[physical_register(register)])
+        return register_name(place.moved(register))
 
     replace = msgspec.structs.replace
     order = {output.index: i for i, output in enumerate(image.outputs)}
@@ -293,8 +310,12 @@ def _add_signals(result: Image, name: str, image: Image, place: _Places) -> None
         replace(o, name=qualified(o.name), index=o.index + place.first_output)
         for o in image.outputs
     ]
-    for old, new in ((image.states, result.states), (image.exports, result.exports)):
-        new += [replace(e, name=qualified(e.name), register=moved(e.register)) for e in old]
+    result.states += [
+        replace(s, name=qualified(s.name), register=moved(s.register)) for s in image.states
+    ]
+    result.exports += [
+        replace(e, name=qualified(e.name), register=moved(e.register)) for e in image.exports
+    ]
     for old, new, first in (
         (image.data_names, result.data_names, place.first_data),
         (image.labels, result.labels, place.first_bundle),

@@ -97,7 +97,7 @@ class Machine:
 
     def latency(self, operation: Operation) -> int:
         """Register ranks of the operation's unit."""
-        return self.unit(operation).latency
+        return self.unit(operation).ranks
 
     def writes_port(self, operation: Operation) -> bool:
         """Whether the operation takes bank C's write port (auxiliary results and outputs)."""
@@ -201,9 +201,9 @@ class Interlocks:
             unit = self.machine.unit(op)
             self.unit_free[unit.name] = cycle + unit.interval
             if op.dst is not None and not isinstance(op.dst, Output):
-                self.ready[op.dst] = cycle + unit.latency + 1
+                self.ready[op.dst] = cycle + unit.ranks + 1
             if self.machine.writes_port(op):
-                self.port.add(cycle + unit.latency)
+                self.port.add(cycle + unit.ranks)
 
 
 def sources(operation: Operation) -> list[Register | Virtual]:

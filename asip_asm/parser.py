@@ -228,8 +228,8 @@ class Parser:
             other = f", for integers '{integer}'" if (integer := f"i{lower}") in known else ""
             return f"did you mean 'f{lower}'{other}?"
         if lower[:1] == "i" and f"f{lower[1:]}" in known:
-            integer = [op for op in self.isa.operations if op[0] == "i"]
-            return f"integers have no such operation; theirs are {', '.join(integer)}"
+            theirs = [op for op in self.isa.operations if op[0] == "i"]
+            return f"integers have no such operation; theirs are {', '.join(theirs)}"
         if lower in OTHER_NAMES:
             return f"did you mean '{OTHER_NAMES[lower]}'?"
         near = closest(name, known)

@@ -273,7 +273,9 @@ class _Replay:
             places = [place for op in bundle.operations for place in (*sources(op), op.dst)]
             ready = self.interlocks.ready
             return "operand", self.writer[max(places, key=lambda place: ready.get(place, 0))]
-        return {None: "fetch", "port": "write port"}.get(cause, cause), None
+        if cause is None:
+            return "fetch", None
+        return "write port" if cause == "port" else cause, None
 
     def _bundle(self, address: int) -> Bundle:
         if address not in self.bundles:
@@ -291,7 +293,7 @@ class _Replay:
         end = issue + OPERAND_READ + 1
         if op.dst is not None:
             target, bank, index = _target(op.dst)
-            write = issue + OPERAND_READ + unit.latency
+            write = issue + OPERAND_READ + unit.ranks
             word = self.words.get((write, bank, index))
             if word is None:
                 raise ProfileError(f"bundle {address}: no write of {target} in cycle {write}")

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from asip_asm.dependence import build_graph
-from asip_asm.ir import Bundle, Operation, Program, Register, Virtual
+from asip_asm.ir import Bundle, FixedState, Operation, Program, Register, State, Virtual
 from asip_asm.liveness import region_liveness
 from asip_asm.machine import BRANCHES, RUN_OVERHEAD, STALL_CAUSES, Machine, sources
 from asip_asm.search import build_problem, critical_path, occupancy_bounds
@@ -135,7 +135,7 @@ def _section(title: str, bundles: Sequence[Bundle], machine: Machine) -> Section
 def _data_flow(bundles: Sequence[Bundle]) -> list[Operation]:
     """Copies of the operations in which every written value has its own name."""
     current: dict[object, Virtual] = {}
-    result = []
+    result: list[Operation] = []
     for bundle in bundles:
         written: dict[object, Virtual] = {}
         for op in bundle.operations:
@@ -150,7 +150,7 @@ def _data_flow(bundles: Sequence[Bundle]) -> list[Operation]:
 
 def _registers(program: Program, machine: Machine) -> dict[str, tuple[int, int]]:
     """Largest number of registers in use at once, and size, of every bank."""
-    states = [*program.states, *program.fixed_states]
+    states: list[State | FixedState] = [*program.states, *program.fixed_states]
     held = {state.register for state in states if state.register is not None}
     kept = held | {export.register for export in program.exports if export.register is not None}
     peak = dict.fromkeys(BANKS, 0)

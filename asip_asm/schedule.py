@@ -267,7 +267,7 @@ class _PipeChooser:
         self.operations = region.operations
         self.slots_of = placement.slots
         end = max(times, default=0) + 1
-        kept = {export.value for export in placement.program.exports}
+        kept: set[object] = {export.value for export in placement.program.exports}
         kept.update(state.last for state in placement.program.states)
         self.last: dict[object, int] = {}
         for op, time in zip(self.operations, times, strict=True):

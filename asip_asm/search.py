@@ -226,8 +226,8 @@ def place(problem: Problem, order: Sequence[int], forward: bool) -> list[int]:
             jump[u] = u + 1
         if takes_port:
             writes.add(u + rank)
-        if pipe[i] is not None:
-            fixed.add((u, pipe[i]))
+        if (fixed_to := pipe[i]) is not None:
+            fixed.add((u, fixed_to))
         if block is not None:
             unit, interval = block
             busy[unit].update(dict.fromkeys(range(u - interval + 1, u + interval), u + interval))
@@ -373,7 +373,7 @@ class _Search:
         path = graph.tails(wait) if forward else graph.heads(wait)
         return self._improve(self._place([-cycles for cycles in path], forward))
 
-    def _place(self, keys: list[float], forward: bool) -> list[int]:
+    def _place(self, keys: Sequence[float], forward: bool) -> list[int]:
         self.tried += 1
         return place(self.problem, ordered(self.problem.graph, keys, forward), forward)
 

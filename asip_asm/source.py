@@ -68,7 +68,10 @@ class RawOperation:
 
     def read_as(self, field: str) -> Operand:
         """Operand that the operation reads in a field: the index of an address in b."""
-        return self.operands.get(field) or self.operands["address"].index
+        operand = self.operands.get(field) or self.operands["address"].index
+        if operand is None:
+            raise KeyError(field)
+        return operand
 
 
 @dataclass(eq=False)

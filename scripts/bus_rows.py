@@ -7,6 +7,7 @@ import hashlib
 import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -184,7 +185,7 @@ def masters(order: Order, report: Report) -> Iterator[Goal]:
         found = kept(
             f"{master}_{slaves}_{cycles}",
             of,
-            lambda options=options: run("sim.bus.master_loop", options),
+            partial(run, "sim.bus.master_loop", options),
         )
         right = cycles - found["wrong_counters"] if found["state"] == "OP" else 0
         working += slaves == 3 and right == cycles
@@ -227,7 +228,7 @@ def ethercrab(order: Order, report: Report) -> Iterator[Goal]:
         found = kept(
             f"ethercrab_{slaves}_{cycles}",
             of,
-            lambda options=options: run("sim.bus.master_loop", options),
+            partial(run, "sim.bus.master_loop", options),
         )
         right = cycles - found["wrong_counters"] if found["state"] == "OP" else 0
         yield at_least(name, right, cycles, "cycles")

@@ -53,7 +53,9 @@ def registers(top: AddrmapNode) -> list[ByteRegister]:
         elif isinstance(node, RegfileNode):
             first = next(n for n in top.children(unroll=True) if n.inst_name == node.inst_name)
             found += [
-                record(r, f"{node.inst_name}_{r.inst_name}", node.n_elements, node.array_stride)
+                record(
+                    r, f"{node.inst_name}_{r.inst_name}", node.n_elements, node.array_stride or 0
+                )
                 for r in first.registers()
             ]
     return found
@@ -104,7 +106,7 @@ def generate() -> dict[str, str]:
         "source": SOURCE,
         "name": NAME,
         "title": top.get_property("name"),
-        "note": " ".join(top.get_property("desc").split()),
+        "note": " ".join(text_of(top).split()),
         "registers": found,
         "assignments": [f"{r.name} = {constructor(r)}" for r in found],
         "master": writable(found, "master"),

@@ -8,6 +8,7 @@ exit 1 if the page would differ.
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 
 from scripts.generated import run
 from sim.motion.gcode.block import GROUPS, letters_of
@@ -48,7 +49,7 @@ Every word that is in none of these lists is refused as unknown.
 """
 
 
-def _rows(rows: list[tuple[str, ...]]) -> str:
+def _rows(rows: Sequence[tuple[str, ...]]) -> str:
     return "\n".join("| " + " | ".join(row) + " |" for row in rows)
 
 

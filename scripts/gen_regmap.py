@@ -63,12 +63,13 @@ MAPS = {
 
 def mapping(value: Mapping[str, object]) -> str:
     """Python that makes a mapping of records by their names, or of such mappings."""
-    records = list(value.values())
-    if not all(map(is_dataclass, records)):
-        inside = ", ".join(f"{key!r}: {mapping(one)}" for key, one in value.items())
+    groups = {key: one for key, one in value.items() if isinstance(one, Mapping)}
+    if groups:
+        inside = ", ".join(f"{key!r}: {mapping(one)}" for key, one in groups.items())
         return f"{{{inside}}}"
-    if not all(isinstance(record, BitField) for record in records):
-        return f"by_name({', '.join(map(constructor, records))})"
+    records = [record for record in value.values() if isinstance(record, BitField)]
+    if len(records) < len(value):
+        return f"by_name({', '.join(map(constructor, value.values()))})"
     if [(field.name, field.low) for field in records] == [(NUMBER, 0)]:
         return f"number({records[0].width})"
     places = [f"{f.name}={f.low if f.width == 1 else (f.low, f.width)}" for f in records]
@@ -79,7 +80,7 @@ def constructor(value: object) -> str:
     """Python that makes a record, without what its defaults say and the texts of the page."""
     if isinstance(value, Mapping):
         return mapping(value)
-    if not is_dataclass(value):
+    if not is_dataclass(value) or isinstance(value, type):
         return repr(value)
     needed = [field for field in fields(value) if field.default is field.default_factory is MISSING]
     plain = type(value)(**{field.name: getattr(value, field.name) for field in needed})

@@ -133,13 +133,15 @@ def measure(configuration: str) -> tuple[list[Row], dict[str, int]]:
                 continue
             unit = machine.units[operation.unit]
             bank = "a" if unit.bank == "pipe" else "c"
+            short, long = LENGTHS
             distance, interval = (
-                bench.slope(tuple(form(operation, bank, n) for n in LENGTHS))
+                bench.slope((form(operation, bank, short), form(operation, bank, long)))
                 for form in (chain, stream)
             )
-            rows.append(Row(mnemonic, unit.name, unit.latency, distance, interval))
+            rows.append(Row(mnemonic, unit.name, unit.ranks, distance, interval))
         taken = {
-            name: bench.slope(tuple(branches(name, n) for n in LENGTHS)) for name in BRANCH_TESTS
+            name: bench.slope((branches(name, LENGTHS[0]), branches(name, LENGTHS[1])))
+            for name in BRANCH_TESTS
         }
     return rows, taken
 

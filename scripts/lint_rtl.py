@@ -122,7 +122,7 @@ def custom_alone() -> list[Top]:
 
 def run_verilator(top: str, files: Sequence[str], parameters: Sequence[str]) -> bool:
     """Whether Verilator has nothing to say; its messages go to the terminal."""
-    command = [VERILATOR, "--lint-only", "-Wall", "--quiet", "--top-module", top]
+    command = [str(VERILATOR), "--lint-only", "-Wall", "--quiet", "--top-module", top]
     command += [*(f"-G{value}" for value in parameters), "rtl/waivers.vlt", *files]
     return subprocess.run(command, cwd=ROOT).returncode == 0
 
@@ -153,7 +153,7 @@ def run_slang(top: str, files: Sequence[str], parameters: Sequence[str]) -> bool
     bound = assertions_of([ROOT / file for file in files])
     waived = " ".join(f"-Wno-{name}" for name in WAIVED)
     values = " ".join(f"-G{value}" for value in parameters)
-    sources = " ".join(f'"{ROOT / file}"' for file in (*files, *bound))
+    sources = " ".join(f'"{ROOT / file}"' for file in [*map(Path, files), *bound])
     slang = driver.Driver()
     slang.addStandardArgs()
     command = f"slang -Weverything -Werror {waived} --top {top} {values} {sources}"

@@ -56,7 +56,7 @@ def parsed(top: str) -> bool:
     file = FOLDER / f"{top}.v"
     write_plain(top, file)
     # -i: modules that are not there, such as the PLL of a board, are ignored.
-    command = ["iverilog", "-g2001", "-Wall", "-i", "-t", "null", "-s", top, file]
+    command = ["iverilog", "-g2001", "-Wall", "-i", "-t", "null", "-s", top, str(file)]
     done = subprocess.run(command, capture_output=True, text=True)
     return done.returncode == 0 and not done.stdout + done.stderr
 

@@ -127,8 +127,9 @@ class Scope:
             return self.register(node.left) or self.register(node.right)
         if isinstance(node, ast.Subscript):
             node = node.slice
-        known = isinstance(node, ast.Constant) and isinstance(node.value, str)
-        return node.value if known and node.value in FIELDS else ""
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value in FIELDS:
+            return node.value
+        return ""
 
     def read_of(self, node: ast.AST) -> str:
         """Register that an expression reads, with or without await."""
@@ -163,7 +164,8 @@ class Scope:
         if isinstance(node, ast.Name):
             if node.id in seen:
                 return False
-            values = self.values.get(node.id) or [self.module.value(node.id)]
+            values: list[ast.expr | None] = [*self.values.get(node.id, ())]
+            values = values or [self.module.value(node.id)]
             return any(self.literal(v, seen | {node.id}) for v in values if v is not None)
         if isinstance(node, ast.BinOp):
             return isinstance(node.op, SHIFTS) or any(
@@ -185,8 +187,9 @@ def put_together(node: ast.expr) -> bool:
     """Whether a field's value is made of shifted parts: 1 | 1 << 2, 2 << 2; 1 << 20 is a number."""
     if isinstance(node, ast.BinOp) and isinstance(node.op, ast.BitOr):
         return any(isinstance(n, ast.BinOp) and isinstance(n.op, SHIFTS) for n in ast.walk(node))
-    shifted = isinstance(node, ast.BinOp) and isinstance(node.op, ast.LShift)
-    return shifted and isinstance(node.left, ast.Constant) and node.left.value != 1
+    if not (isinstance(node, ast.BinOp) and isinstance(node.op, ast.LShift)):
+        return False
+    return isinstance(node.left, ast.Constant) and node.left.value != 1
 
 
 def scopes(module: Module) -> Iterator[tuple[list[ast.AST], Scope]]:
@@ -241,7 +244,8 @@ def uses_of(node: ast.AST, scope: Scope) -> Iterator[tuple[str, ast.expr, bool]]
 
 def python_findings(path: Path) -> tuple[int, list[Finding]]:
     """Uses of registers with fields, and the findings among them."""
-    uses, found = 0, []
+    uses = 0
+    found: list[Finding] = []
     if not NAMED.search(path.read_text(encoding="utf-8")):
         return uses, found
     for inside, scope in scopes(parsed(path)):

@@ -14,8 +14,8 @@ from pathlib import Path
 
 from systemrdl import RDLCompileError, RDLCompiler
 from systemrdl.messages import MessagePrinter, Severity
-from systemrdl.node import AddrmapNode, MemNode, Node, RegfileNode, RegNode
-from systemrdl.source_ref import SourceRefBase
+from systemrdl.node import AddressableNode, AddrmapNode, MemNode, Node, RegfileNode, RegNode
+from systemrdl.source_ref import DetailedFileSourceRef, SourceRefBase
 from systemrdl.udp import UDPDefinition
 
 from asip_asm.regmap import (
@@ -47,7 +47,7 @@ class _Messages(MessagePrinter):
     def print_message(
         self, severity: Severity, text: str, src_ref: SourceRefBase | None = None
     ) -> None:
-        place = f"{Path(src_ref.path).name}:{src_ref.line}: " if src_ref and src_ref.path else ""
+        place = f"{_place(src_ref)}: " if isinstance(src_ref, DetailedFileSourceRef) else ""
         self.findings.append(f"{place}{severity.name.lower()}: {text}")
 
 
@@ -75,7 +75,8 @@ def read_map(path: Path, name: str) -> RegisterMap:
     findings: list[str] = []
     blocks, registers = {}, {}
     enumerations: dict[str, dict[str, Code]] = {}
-    for node in top.children(unroll=False):
+    children = top.children(unroll=False)
+    for node in (child for child in children if isinstance(child, AddressableNode)):
         blocks[node.inst_name] = _block(node, findings)
         if isinstance(node, RegfileNode):
             for register in node.registers():
@@ -98,12 +99,17 @@ def read_map(path: Path, name: str) -> RegisterMap:
 
 def _finding(node: Node, text: str) -> str:
     source = node.inst.inst_src_ref or node.inst.def_src_ref
-    return f"{Path(source.path).name}:{source.line}: error: {node.inst_name}: {text}"
+    place = f"{_place(source)}: " if isinstance(source, DetailedFileSourceRef) else ""
+    return f"{place}error: {node.inst_name}: {text}"
+
+
+def _place(source: DetailedFileSourceRef) -> str:
+    return f"{Path(source.path).name}:{source.line}"
 
 
 def text_of(node: Node) -> str:
     """What the map says of a node."""
-    return node.get_property("desc", default="")
+    return node.get_property("desc", default="") or ""
 
 
 def fields_of(node: RegNode) -> dict[str, BitField]:
@@ -114,11 +120,11 @@ def fields_of(node: RegNode) -> dict[str, BitField]:
 def reset_of(node: RegNode) -> int | None:
     """Reset value of a register; None where no field states one."""
     resets = [(field.low, field.get_property("reset")) for field in node.fields()]
-    stated = [value << low for low, value in resets if value is not None]
+    stated = [value << low for low, value in resets if isinstance(value, int)]
     return sum(stated) if stated else None
 
 
-def _block(node: Node, findings: list[str]) -> Block:
+def _block(node: AddressableNode, findings: list[str]) -> Block:
     words = node.size // WORD_BYTES
     base = node.raw_address_offset // WORD_BYTES
     fields, access = {}, "rw"
@@ -158,9 +164,10 @@ def _enumerations(node: RegNode, findings: list[str]) -> dict[str, dict[str, Cod
     """The enumerations that the register's fields show, by name."""
     found: dict[str, dict[str, Code]] = {}
     for field in node.fields():
-        for member in (encode := field.get_property("encode")) or ():
+        encode = field.get_property("encode")
+        for member in encode or ():
             code = Code(member.name, member.value, member.rdl_desc or "")
-            found.setdefault(encode.type_name, {})[member.name] = code
+            found.setdefault(type(member).type_name, {})[member.name] = code
             if not member.rdl_desc:
                 findings.append(_finding(field, f"{member.name} has no desc"))
     return found

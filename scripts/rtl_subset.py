@@ -15,7 +15,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from pyslang.syntax import SyntaxKind, SyntaxTree
+from pyslang.syntax import (
+    CompilationUnitSyntax,
+    GenerateBlockSyntax,
+    SyntaxKind,
+    SyntaxTree,
+)
 from rich.console import Console
 
 from asip_asm.command import command, script_parser
@@ -291,8 +296,9 @@ def _generates_outside(text: str) -> Iterator[int]:
     """Positions of generate constructs that are members of a module, not of a region."""
     kinds = SyntaxKind.LoopGenerate, SyntaxKind.IfGenerate, SyntaxKind.CaseGenerate
     root = SyntaxTree.fromText(text).root
-    alone = root.kind != SyntaxKind.CompilationUnit  # slang returns a single module as the root
-    for module in [root] if alone else root.members:
+    # slang returns a single module as the root.
+    modules = root.members if isinstance(root, CompilationUnitSyntax) else [root]
+    for module in modules:
         for member in getattr(module, "members", ()):
             if member.kind in kinds:
                 yield member.sourceRange.start.offset
@@ -305,7 +311,7 @@ def _unnamed(text: str) -> Iterator[int]:
     found: list[int] = []
 
     def visit(node: object) -> None:
-        if getattr(node, "kind", None) == SyntaxKind.GenerateBlock:
+        if isinstance(node, GenerateBlockSyntax):
             start = node.sourceRange.start.offset
             if node.parent.kind in kinds or node.parent.kind == SyntaxKind.ElseClause:
                 if re.match(pattern, text[start:]):

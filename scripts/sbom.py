@@ -84,7 +84,10 @@ def locked(files: Iterable[Path]) -> dict[str, tuple[str, tuple[str, ...]]]:
 
 def licence(package: Distribution) -> tuple[str, bool]:
     """The licence that the metadata state, and whether it is an SPDX expression."""
-    stated = package.metadata.get("License-Expression") or package.metadata.get("License") or ""
+    fields = package.metadata
+    stated = next(
+        (fields[name] for name in ("License-Expression", "License") if name in fields), ""
+    )
     try:
         return canonicalize_license_expression(stated), True
     except InvalidLicenseExpression:

@@ -117,7 +117,7 @@ def netlist_run(program: str, configuration: str, count: int) -> tuple[int, int 
         raise NetlistError(f"{task.key}: {text}")
 
     campaign.run(waiting, lambda task, result: None, failed, 1, work=ticks.execute)
-    results = [campaign.finished(task) for task in tasks]
+    results = [result for task in tasks if (result := campaign.finished(task)) is not None]
     wrong = [result["differs"] for result in results if result["differs"] is not None]
     return (min(wrong), min(wrong)) if wrong else (sum(r["ticks"] for r in results), None)
 

@@ -79,7 +79,7 @@ def machine_of(way: Way) -> Machine:
     machine = load_machine("fast")
     unit = machine.units["sincos"]
     latency = load_machine("small").units["sincos"].latency if way.interval == 37 else unit.latency
-    units = machine.units | {"sincos": replace(unit, latency=latency, interval=way.interval)}
+    units = {**machine.units, "sincos": replace(unit, latency=latency, interval=way.interval)}
     return replace(machine, units=units)
 
 

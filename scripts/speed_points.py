@@ -136,6 +136,14 @@ def committed_figures(configuration: str) -> tuple[str, dict]:
     return record["commit"], figures | {"fmax_mhz": {seeds: clock["median"]}}
 
 
+def latency_of(unit: str, package: str) -> int:
+    """Latency of a unit, from the text of fp_pkg.sv. Raises PointError without it."""
+    found = re.search(rf"FP_{unit}_LATENCY = (\d+)", package)
+    if found is None:
+        raise PointError(f"rtl/fpu/fp_pkg.sv: no FP_{unit}_LATENCY")
+    return int(found[1])
+
+
 def measure(revision: str, label: str, configuration: str, seeds: Sequence[int]) -> dict:
     """One row of the data file. Without a revision: the commit, area and clock of the last `make
     synth` that was committed.
@@ -157,9 +165,7 @@ def measure(revision: str, label: str, configuration: str, seeds: Sequence[int])
         "label": label or git("log", "-1", "--format=%s", commit),
         "configuration": configuration,
         "command": command,
-        "latency": {
-            unit: int(re.search(rf"FP_{unit}_LATENCY = (\d+)", package)[1]) for unit in UNITS
-        },
+        "latency": {unit: latency_of(unit, package) for unit in UNITS},
         "cycles": {program: cycles(tree, program, configuration) for program in PROGRAMS},
         **(figures or synthesis(tree, configuration, seeds)),
     }

@@ -285,7 +285,8 @@ def page(text: str, data: dict) -> str:
     for name, lines in wanted.items():
         marks = re.compile(rf"(<!-- begin {name} -->\n).*?(<!-- end {name} -->)", re.DOTALL)
         body = "\n".join(["", *lines, ""])
-        text, count = marks.subn(lambda m, body=body: f"{m[1]}{body}\n{m[2]}", text)
+        inside = f"{body}\n".replace("\\", "\\\\")
+        text, count = marks.subn(rf"\g<1>{inside}\g<2>", text)
         if count != 1:
             raise PageError(
                 f"{PAGE}: error: {count} places `<!-- begin {name} -->` .. `<!-- end {name} -->`, "

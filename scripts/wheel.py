@@ -93,7 +93,7 @@ def same(old: ast.AST, new: ast.AST, root: Path) -> bool:
     for field in old._fields:
         a, b = getattr(old, field, None), getattr(new, field, None)
         if isinstance(old, ast.ImportFrom) and field == "module" and not old.level:
-            a = f"{PACKAGE}.{a}" if top(a) in PARTS else a
+            a = f"{PACKAGE}.{a}" if top(str(a)) in PARTS else a
         elif isinstance(old, ast.Constant) and isinstance(a, str):
             a = moved(a, root)
         if not isinstance(a, ast.AST | list) and a != b:

@@ -88,11 +88,11 @@ def _step(graph: Graph, i: int, values: Mapping[str, Real], steps: Mapping[int, 
     size = len(next(iter(values.values())))
     zero = np.zeros(size)
     if node.op == "const":
-        exact = float(node.value)
+        exact = node.number
         lost = abs(float(binary32(exact)) - exact)
         return Step(np.full(size, exact), (), zero + lost, zero + lost)
     if node.op == "int_const":
-        return Step(np.full(size, float(node.value)), (), zero, zero)
+        return Step(np.full(size, node.number), (), zero, zero)
     if not node.args:
         return Step(values[str(node.value)].astype(np.float64), (), zero, zero)
     args = [steps[arg] for arg in _arguments(graph, i)]
@@ -140,7 +140,7 @@ def _multiply(sign: int, addend: int = 0) -> Rule:
 
     def rule(x: list[Real], e: list[Real]) -> tuple[Real, tuple[Real, ...], Real]:
         value = sign * x[0] * x[1]
-        partials = (sign * x[1], sign * x[0])
+        partials: tuple[Real, ...] = (sign * x[1], sign * x[0])
         spread = np.abs(x[0]) * e[1] + np.abs(x[1]) * e[0]
         if addend:
             value = value + addend * x[2]
@@ -236,7 +236,7 @@ def _extreme(choose: Callable[..., Real]) -> Rule:
 
 def _sign(x: list[Real], e: list[Real]) -> tuple[Real, tuple[Real, ...], Real]:
     doubtful = (np.abs(x[0]) <= e[0]) & (e[0] > 0)
-    return np.sign(x[0]), (np.zeros_like(x[0]),), 2.0 * doubtful
+    return np.sign(x[0]), (np.zeros_like(x[0]),), 2.0 * doubtful.astype(np.float64)
 
 
 def _absolute(x: list[Real], e: list[Real]) -> tuple[Real, tuple[Real, ...], Real]:

@@ -75,8 +75,9 @@ def changes(graph: Graph, inputs: Sequence[Input]) -> dict[int, Input]:
         state, source, offset = str(nodes[last].value), nodes[now], 0.0
         if nodes[last].op not in ("state", "int_state") or graph.next_states.get(state) != now:
             continue
-        if source.op in ("fsub", "fadd") and graph.constant(source.args[1]) is not None:
-            offset = graph.constant(source.args[1]) * (1 if source.op == "fadd" else -1)
+        added = graph.constant(source.args[1]) if source.op in ("fsub", "fadd") else None
+        if added is not None:
+            offset = added * (1 if source.op == "fadd" else -1)
             source = nodes[source.args[0]]
         if source.value in known:
             found[i] = replace(known[str(source.value)], state=state, offset=offset)
@@ -299,11 +300,11 @@ class Search:
         ways, lows, highs = [], [], []
         for k in self.problem.free:
             for by_binades in (False, True):
-                low, high = self._halves(some, k, by_binades)
-                if low is not None:
+                split = self._halves(some, k, by_binades)
+                if split is not None:
                     ways.append((k, by_binades))
-                    lows.append(low)
-                    highs.append(high)
+                    lows.append(split[0])
+                    highs.append(split[1])
         if not ways:
             return None
         bound, _, _, _, severity = self._results(np.concatenate(lows, 1), np.concatenate(highs, 1))
@@ -359,21 +360,21 @@ class Search:
 
     def _halves(
         self, chosen: NDArray[np.int64], k: int, by_binades: bool
-    ) -> tuple[Floats, Floats] | tuple[None, None]:
+    ) -> tuple[Floats, Floats] | None:
         """Both halves of boxes, (inputs, 2 n), or None where one cannot be split so."""
         low, high = self.low[k, chosen], self.high[k, chosen]
         if self.problem.inputs[k].whole:
             if by_binades:
-                return None, None
+                return None
             middle = np.floor(0.5 * low + 0.5 * high)
             after = middle + 1
         else:
             middle = _by_binades(low, high) if by_binades else _middle(low, high)
             if by_binades and np.array_equal(middle, _middle(low, high)):
-                return None, None
+                return None
             after = np.nextafter(middle.astype(np.float32), np.float32(np.inf)).astype(float)
         if np.any(low >= high):
-            return None, None
+            return None
         lows, highs = (np.concatenate([a[:, chosen]] * 2, 1) for a in (self.low, self.high))
         n = len(chosen)
         highs[k, :n], lows[k, n:] = middle, after
@@ -382,9 +383,10 @@ class Search:
     def _split(self, chosen: NDArray[np.int64], way: tuple[int, bool]) -> None:
         k, by_binades = way
         chosen = chosen[self.low[k, chosen] < self.high[k, chosen]]
-        low, high = self._halves(chosen, k, by_binades)
-        if low is None:
-            low, high = self._halves(chosen, k, False)
+        split = self._halves(chosen, k, by_binades) or self._halves(chosen, k, False)
+        if split is None:
+            raise ValueError("a box that cannot be split")
+        low, high = split
         new = list(self._results(low, high))
         for n, old in enumerate((self.bound, self.smooth)):
             new[n] = np.minimum(new[n], np.concatenate([old[:, chosen]] * 2, 1))

@@ -285,9 +285,9 @@ class _Source:
 
     def _leaf(self, node: Node) -> str:
         if node.op == "const":
-            return c_literal(float(node.value))
+            return c_literal(node.number)
         if node.op == "int_const":
-            value = (int(node.value) + (1 << 31)) % (1 << 32) - (1 << 31)
+            value = (int(node.number) + (1 << 31)) % (1 << 32) - (1 << 31)
             return "INT32_MIN" if value == -(1 << 31) else f"({value})" if value < 0 else f"{value}"
         return self.sources[str(node.value)]
 

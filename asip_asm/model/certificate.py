@@ -139,7 +139,7 @@ def inputs_of(law: Law) -> list[Input]:
             found.append(Input(port.name, -most, most, "count", True, port.rate_of))
         elif port.kind in ("input", "state") and port.type == "int":
             ends = sorted(float(np.rint((x - port.offset) / port.scale)) for x in (low, high))
-            found.append(Input(port.name, *ends, "count", True))
+            found.append(Input(port.name, ends[0], ends[1], "count", True))
         elif port.kind in ("input", "state"):
             found.append(Input(port.name, *singles(low, high), port.unit))
         if port.kind == "input" and port.change < math.inf:
@@ -175,9 +175,9 @@ def certify(
     bounds = {}
     for k, name in enumerate(problem.roots):
         unit = units.get(name, units.get(name.removesuffix("_next"), "1"))
-        most = (float(found[k].max()) for found in (search.bound, search.smooth))
+        error, smooth = float(search.bound[k].max()), float(search.smooth[k].max())
         low, high = float(search.least[k].min()), float(search.most[k].max())
-        bounds[name] = Bound(name, unit, *most, low, high)
+        bounds[name] = Bound(name, unit, error, smooth, low, high)
     assumed = [p.name for p in law.ports if _assumed(p)]
     fault = _fault(search) if np.isinf(search.bound).any() else None
     return Certificate(inputs, bounds, fault, search.boxes, assumed, open_states)

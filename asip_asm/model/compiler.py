@@ -167,5 +167,8 @@ def core_operations(graph: Graph) -> list[Operation]:
             for name, arg in zip("abc", node.args, strict=False)
             if graph.nodes[arg].op not in LEAVES
         }
-        result.append(Operation(node.op, Virtual("value", i), **sources))
+        operation = Operation(node.op, Virtual("value", i))
+        for name, source in sources.items():
+            setattr(operation, name, source)
+        result.append(operation)
     return result

@@ -90,7 +90,9 @@ class _Emitter:
     def _last_reads(self) -> dict[str, float]:
         """Position of the last operation that reads the old value of each state."""
         nodes = self.graph.nodes
-        reads = [(i, nodes[arg]) for i in self.order for arg in nodes[i].args]
+        reads: list[tuple[float, Node]] = [
+            (i, nodes[arg]) for i in self.order for arg in nodes[i].args
+        ]
         reads += [(float("inf"), nodes[root]) for root in self.graph.roots()]
         return {str(node.value): i for i, node in reads if node.op in ("state", "int_state")}
 
@@ -104,8 +106,8 @@ class _Emitter:
             node = self.graph.nodes[i]
             if node.op == "int_const" and node.value != 0:
                 words += 1
-            if node.op == "const" and binary32(node.value) != 0:
-                reads[float(binary32(node.value))] += self.uses[i]
+            if node.op == "const" and binary32(node.number) != 0:
+                reads[float(binary32(node.number))] += self.uses[i]
         room = isa.banks["K"].size - words
         if room < 0:
             raise ModelError(
@@ -197,14 +199,14 @@ class _Emitter:
     def _leaf(self, node: Node) -> str:
         if node.op != "const":
             return str(node.value)
-        value = float(binary32(node.value))
+        value = float(binary32(node.number))
         if value in self.in_data:
             name = f"c{self._data_name(value)}"
             if name not in self.taken:
                 self.taken.add(name)
                 self._line("ld", [name, self._data_name(value)], literal(value), None)
             return name
-        text = literal(node.value)
+        text = literal(node.number)
         return f"({text})" if text.startswith("-") else text
 
     def _temporary(self, node: Node) -> str:

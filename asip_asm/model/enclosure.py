@@ -36,7 +36,8 @@ from asip_asm.model.ranges import (
 from asip_asm.model.structure import Structure
 
 Mask = NDArray[np.bool_]
-Partial = Form | float | None
+Factor = Form | float
+Partial = Factor | None
 LARGEST = float(np.finfo(np.float32).max)
 MANTISSA = 2.0**24
 SMALLEST = 2.0**-149
@@ -60,9 +61,9 @@ class Weight:
 
     boxes: int
     plain: Partial = None
-    waves: dict[int, dict[bool, tuple[Partial, Wave]]] = field(default_factory=dict)
+    waves: dict[int, dict[bool, tuple[Factor, Wave]]] = field(default_factory=dict)
 
-    def add(self, weight: Partial, partial: Partial, wave: Wave | None) -> None:
+    def add(self, weight: Factor, partial: Factor, wave: Wave | None) -> None:
         """A term weight * partial."""
         if wave is None:
             term = _product(weight, partial)
@@ -74,22 +75,23 @@ class Weight:
             number = _sum(pair[wave.cosine][0], number, self.boxes)
         pair[wave.cosine] = number, wave
 
-    def total(self, steps: Mapping[int, Step]) -> Partial:
+    def total(self, steps: Mapping[int, Step]) -> Factor:
         total = self.plain
         for pair in self.waves.values():
             terms = [_product(number, steps[wave.node].value) for number, wave in pair.values()]
             term = terms[0]
             if len(terms) == 2:
                 sizes = [_size(number) for number, _ in pair.values()]
-                more = sum(steps[wave.node].own for _, wave in pair.values())
-                both = _sum(*terms, self.boxes)
+                owns = (steps[wave.node].own for _, wave in pair.values())
+                more = sum(owns, np.zeros(self.boxes))
+                both = _sum(terms[0], terms[1], self.boxes)
                 both = constant(both, self.boxes) if isinstance(both, float) else both
-                term = polar(both, *sizes, more)
+                term = polar(both, sizes[0], sizes[1], more)
             total = term if total is None else _sum(total, term, self.boxes)
-        return total
+        return 0.0 if total is None else total
 
 
-def _size(number: Partial) -> Real | float:
+def _size(number: Factor) -> Real | float:
     return abs(number) if isinstance(number, float) else number.size
 
 
@@ -145,7 +147,8 @@ class Enclosure:
             width = np.where(
                 np.isfinite(value.size), (value.high - value.low) * (1 + 2.0**-50), np.inf
             )
-            self.errors[root] = tuple(np.fmin(found, width) for found in self._either(root))
+            error, smooth = self._either(root)
+            self.errors[root] = np.fmin(error, width), np.fmin(smooth, width)
         return self.errors[root]
 
     def _either(self, root: int) -> tuple[Real, Real]:
@@ -158,7 +161,8 @@ class Enclosure:
             for arg, partial in zip(step.args, step.partials, strict=True)
             if partial is not None
         ]
-        return tuple(np.maximum.reduce(each) for each in zip(*parts, strict=True))
+        errors, smooth = zip(*parts, strict=True)
+        return np.maximum.reduce(errors), np.maximum.reduce(smooth)
 
     def choose(self, root: int, step: Step) -> None:
         """Add a step whose value is that of an argument; where it is not known which, the error of
@@ -166,7 +170,7 @@ class Enclosure:
         """
         self.steps[root] = step
         step.choice = True
-        masks = [np.zeros(self.boxes, bool) if isinstance(p, float) else p.low != p.high
+        masks = [p.low != p.high if isinstance(p, Form) else np.zeros(self.boxes, bool)
                  for p in step.partials]  # fmt: skip
         open_ = np.logical_or.reduce(masks)
         if open_.any():
@@ -174,7 +178,7 @@ class Enclosure:
             none = self.number(0.0)
             step.own, step.jump = (np.where(open_, each, 0.0) for each in (error, error - smooth))
             step.partials = tuple(
-                chosen(open_, none, self.number(p) if isinstance(p, float) else p)
+                chosen(open_, none, p if isinstance(p, Form) else self.number(p or 0.0))
                 for p in step.partials
             )
 
@@ -197,8 +201,11 @@ class Enclosure:
                     continue
                 waved = step.waves[k] if step.waves else None
                 weights.setdefault(arg, Weight(self.boxes)).add(weight, partial, waved)
-        sums = (total + jumps, total)
-        return tuple(np.where(np.isnan(each), np.inf, each * (1 + 2.0**-30)) for each in sums)
+        whole, smooth = (
+            np.where(np.isnan(each), np.inf, each * (1 + 2.0**-30))
+            for each in (total + jumps, total)
+        )
+        return whole, smooth
 
     def fault(self, i: int, reason: str, mask: Mask, outside: Real) -> Mask:
         """Note boxes in which the node may leave its domain, by which share of its range."""
@@ -299,16 +306,14 @@ def lowest_bit(value: float) -> float:
     return (numerator & -numerator) / denominator
 
 
-def _product(a: Partial, b: Partial) -> Partial:
-    if isinstance(a, float) and isinstance(b, float):
-        return a * b
+def _product(a: Factor, b: Factor) -> Factor:
     if isinstance(a, float):
-        return scaled(b, a)
+        return a * b if isinstance(b, float) else scaled(b, a)
     return scaled(a, b) if isinstance(b, float) else times(a, b)
 
 
-def _sum(a: Partial, b: Partial, boxes: int) -> Partial:
+def _sum(a: Factor, b: Factor, boxes: int) -> Factor:
     if isinstance(a, float) and isinstance(b, float):
         return a + b
-    a, b = (constant(x, boxes) if isinstance(x, float) else x for x in (a, b))
-    return plus(a, b)
+    first = constant(a, boxes) if isinstance(a, float) else a
+    return plus(first, constant(b, boxes) if isinstance(b, float) else b)

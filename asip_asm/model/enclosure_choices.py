@@ -66,7 +66,7 @@ def _either(found: Enclosure, i: int, args: Sequence[int], first: Mask, second: 
     ]
     own = np.zeros(found.boxes)
     if open_.any():
-        if test.difference is not None:
+        if test.difference is not None and test.in_doubt is not None:
             number, error = test.difference, test.in_doubt
         else:
             number, error = test.value, found.error(args[0])
@@ -165,7 +165,11 @@ def sign_of(found: Enclosure, i: int, args: Sequence[int]) -> Step:
 # ------------------------------------------------------------------ integers
 def beyond(value: Form, limit: float, bad: Mask | bool = False) -> tuple[str, Mask, Real]:
     """Fault of an integer that may be larger than the limit."""
-    return "integer beyond 32 bits", ~(value.size <= limit) & ~bad, 1 - limit / value.size
+    return (
+        "integer beyond 32 bits",
+        ~(value.size <= limit) & np.logical_not(bad),
+        1 - limit / value.size,
+    )
 
 
 def _steps_of(found: Enclosure, number: int, low: Real, high: Real) -> Real:

@@ -75,9 +75,9 @@ def add_step(found: Enclosure, i: int, values: Values, leaves: Mapping[int, str]
         else:
             step = found.plain((), value, (), grid=np.ones(found.boxes) if whole else None)
     elif node.op == "const":
-        step = found.constant_step(float(node.value))
+        step = found.constant_step(node.number)
     elif node.op == "int_const":
-        step = found.plain((), found.number(float(node.value)), (), grid=np.ones(found.boxes))
+        step = found.plain((), found.number(node.number), (), grid=np.ones(found.boxes))
     elif i in graph.functions:
         name, args = graph.functions[i]
         step = _function(found, i, args, MARKED[name], name)

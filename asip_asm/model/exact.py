@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from asip_asm.model.emit import binary32
 from asip_asm.model.graph import Graph, Node
 
-Array = NDArray[np.float32] | NDArray[np.int32]
+Array = NDArray[np.float32] | NDArray[np.int32] | NDArray[np.uint32]
 Sine = Callable[[NDArray[np.float32], bool], NDArray[np.float32]]
 """Sine, or with True cosine, of an array."""
 INT32 = (-(1 << 31), (1 << 31) - 1)
@@ -54,9 +54,10 @@ def _truth(a: NDArray[np.bool_]) -> NDArray[np.float32]:
 
 
 def _choose(test: NDArray[np.bool_], b: Array, c: Array) -> Array:
-    if b.dtype != c.dtype:
-        b, c = b.view(np.uint32), c.view(np.uint32)
-    return np.where(test, b, c).astype(b.dtype)
+    bits: NDArray[np.uint32] = np.where(test, b.view(np.uint32), c.view(np.uint32))
+    if b.dtype != c.dtype or b.dtype == np.uint32:
+        return bits
+    return bits.view(np.float32) if b.dtype == np.float32 else bits.view(np.int32)
 
 
 OPERATIONS: dict[str, Callable[..., Array]] = {
@@ -118,7 +119,7 @@ def _typed(op: str, position: int, value: Array) -> Array:
 
 def _leaf(node: Node, values: Mapping[str, Array], size: int) -> Array:
     if node.op == "const":
-        return np.full(size, binary32(node.value), np.float32)
+        return np.full(size, binary32(node.number), np.float32)
     if node.op == "int_const":
         return np.full(size, node.value, np.int64).astype(np.int32)
     return values[str(node.value)]

@@ -36,6 +36,18 @@ class Node:
     args: tuple[int, ...] = ()
     value: Value = None
 
+    @property
+    def number(self) -> float:
+        """Value of a constant."""
+        return number_of(self.value)
+
+
+def number_of(value: Value) -> float:
+    """A leaf's value as a number. Raises TypeError for the name of an input or nothing."""
+    if value is None or isinstance(value, str):
+        raise TypeError(f"{value!r} is no number")
+    return float(value)
+
 
 @dataclass(eq=False)
 class Graph:
@@ -55,8 +67,8 @@ class Graph:
         """Index of the operation, made if it is new."""
         node = Node(op, args, value)
         if op == "const":  # -0.0 and 0.0 are equal but not the same
-            node = Node(op, (), float(value))
-            key = Node("const", (), float(value).hex())
+            node = Node(op, (), number_of(value))
+            key = Node("const", (), number_of(value).hex())
         else:
             key = node
         index = self._known.get(key)
@@ -72,7 +84,7 @@ class Graph:
     def constant(self, index: int) -> float | None:
         """Value of a constant node, None for others."""
         node = self.nodes[index]
-        return float(node.value) if node.op == "const" else None
+        return node.number if node.op == "const" else None
 
     def roots(self) -> list[int]:
         """Nodes that leave the graph: outputs, then next values of states."""

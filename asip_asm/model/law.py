@@ -121,7 +121,7 @@ def load_law(function: Model | Path | str, record: Interface | Path | str) -> La
     ModelError, InterfaceError, OSError.
     """
     function = load_function(function)
-    interface = record if isinstance(record, Interface) else load_interface(record)
+    interface = record if isinstance(record, Interface) else load_interface(Path(record))
     names = interface.names()
     period = names.get("T_s", 1e-4)
     ports: list[Port] = []

@@ -41,10 +41,17 @@ class Form:
         """Largest absolute value."""
         return np.maximum(np.abs(self.low), np.abs(self.high))
 
+    @property
+    def parts(self) -> tuple[Real, Real, Real] | None:
+        """c, g and rest; None of an interval."""
+        if self.c is None or self.g is None or self.rest is None:
+            return None
+        return self.c, self.g, self.rest
+
     def centred(self) -> tuple[Real, Real | None, Real]:
         """c, g, rest; of an interval its middle and half width."""
-        if self.c is not None:
-            return self.c, self.g, self.rest
+        if (parts := self.parts) is not None:
+            return parts
         c = 0.5 * self.low + 0.5 * self.high
         rest = np.maximum(self.high - c, c - self.low) * (1 + ULP)
         return c, None, rest
@@ -90,43 +97,48 @@ def widened(x: Form, error: Real, symbol: int | None = None) -> Form:
     """The value with an error; its share of -1..1 is the symbol's if one is given."""
     low, high = x.low - error, x.high + error
     low, high = low - np.abs(low) * ULP, high + np.abs(high) * ULP
-    if x.c is None:
+    if (parts := x.parts) is None:
         return Form(low, high)
+    c, g, rest = parts
     if symbol is None:
-        return Form(low, high, x.c, x.g, (x.rest + error) * (1 + ULP))
-    g = x.g.copy()
+        return Form(low, high, c, g, (rest + error) * (1 + ULP))
+    g = g.copy()
     g[symbol] += error
-    return Form(low, high, x.c, g, x.rest + SLACK * (error + np.abs(g[symbol])))
+    return Form(low, high, c, g, rest + SLACK * (error + np.abs(g[symbol])))
 
 
 def scaled(x: Form, factor: float) -> Form:
     """factor * x, exact for 1 and -1."""
     if factor == 1:
         return x
+    parts = x.parts
     if factor == -1:
-        if x.c is None:
+        if parts is None:
             return Form(-x.high, -x.low)
-        return Form(-x.high, -x.low, -x.c, -x.g, x.rest)
+        return Form(-x.high, -x.low, -parts[0], -parts[1], parts[2])
     ends = (x.low, x.high) if factor > 0 else (x.high, x.low)
     found = interval(factor * ends[0], factor * ends[1])
-    if x.c is None:
+    if parts is None:
         return found
-    rest, terms = abs(factor) * x.rest, abs(factor) * (np.abs(x.c) + x.spread())
-    return affine(found.low, found.high, factor * x.c, factor * x.g, rest, terms)
+    c, g, rest = parts
+    terms = abs(factor) * (np.abs(c) + x.spread())
+    return affine(found.low, found.high, factor * c, factor * g, abs(factor) * rest, terms)
 
 
 def plus(x: Form, y: Form, sign: int = 1) -> Form:
     """x + y, or with sign -1 x - y."""
     other = (y.low, y.high) if sign > 0 else (-y.high, -y.low)
     found = interval(x.low + other[0], x.high + other[1])
-    if x.g is None and y.g is None:
-        return found
     (c1, g1, r1), (c2, g2, r2) = x.centred(), y.centred()
     c, rest = c1 + sign * c2, r1 + r2
     if g1 is not None and g2 is not None:
         g = g1 + g2 if sign > 0 else g1 - g2
+    elif g1 is not None:
+        g = g1
+    elif g2 is not None:
+        g = sign * g2
     else:
-        g = g1 if g1 is not None else sign * g2
+        return found
     terms = np.abs(c1) + np.abs(c2) + x.spread() + y.spread()
     return affine(found.low, found.high, c, g, rest, terms)
 
@@ -139,14 +151,16 @@ def times(x: Form, y: Form) -> Form:
     low = np.fmin(np.fmin(ends[0], ends[1]), np.fmin(ends[2], ends[3]))
     high = np.fmax(np.fmax(ends[0], ends[1]), np.fmax(ends[2], ends[3]))
     found = interval(low, high)
-    if x.g is None and y.g is None:
-        return found
     (c1, g1, r1), (c2, g2, r2) = x.centred(), y.centred()
     s1, s2 = x.spread(), y.spread()
     if g1 is not None and g2 is not None:
         g = c1 * g2 + c2 * g1
+    elif g1 is not None:
+        g = c2 * g1
+    elif g2 is not None:
+        g = c1 * g2
     else:
-        g = c2 * g1 if g1 is not None else c1 * g2
+        return found
     rest = np.abs(c1) * r2 + np.abs(c2) * r1 + s1 * s2
     terms = (np.abs(c1) + s1) * (np.abs(c2) + s2)
     return affine(found.low, found.high, c1 * c2, g, rest, terms)
@@ -156,12 +170,13 @@ def _square(x: Form) -> Form:
     a, b = x.low * x.low, x.high * x.high
     straddles = (x.low < 0) & (x.high > 0)
     found = interval(np.where(straddles, 0.0, np.minimum(a, b)), np.maximum(a, b))
-    if x.g is None:
+    if (parts := x.parts) is None:
         return found
+    c, g, rest = parts
     s = x.spread()
-    rest = 2 * np.abs(x.c) * x.rest + 0.5 * s * s
-    c, terms = x.c * x.c + 0.5 * s * s, (np.abs(x.c) + s) ** 2
-    return affine(found.low, found.high, c, 2 * x.c * x.g, rest, terms)
+    rest = 2 * np.abs(c) * rest + 0.5 * s * s
+    terms = (np.abs(c) + s) ** 2
+    return affine(found.low, found.high, c * c + 0.5 * s * s, 2 * c * g, rest, terms)
 
 
 def union(x: Form, y: Form) -> Form:
@@ -199,14 +214,15 @@ def chosen(mask: NDArray[np.bool_], x: Form, y: Form) -> Form:
 
 def _linear(x: Form, found: Form, value: Real, slope: Real, second: Real) -> Form:
     """f(x) in `found`, with f(c), f'(c) and a bound of |f''| over the range of x."""
-    if x.g is None:
+    if (parts := x.parts) is None:
         return found
+    c, g, rest = parts
     s = x.spread()
-    rest = np.abs(slope) * x.rest + 0.5 * second * s * s
+    rest = np.abs(slope) * rest + 0.5 * second * s * s
     terms = np.abs(value) + np.abs(slope) * s
-    inside = (x.c >= x.low) & (x.c <= x.high) & np.isfinite(rest)  # else f'' is not known there
+    inside = (c >= x.low) & (c <= x.high) & np.isfinite(rest)  # else f'' is not known there
     rest = np.where(inside, rest, np.inf)
-    g = np.where(np.isfinite(rest), slope, 0.0) * x.g
+    g = np.where(np.isfinite(rest), slope, 0.0) * g
     value = np.where(np.isfinite(value), value, 0.0)
     return affine(found.low, found.high, value, g, rest, terms + LIBRARY / SLACK * np.abs(value))
 
@@ -216,7 +232,7 @@ def inverse(x: Form) -> Form:
     zero = (x.low <= 0) & (x.high >= 0)
     ends = interval(1 / x.high, 1 / x.low)
     found = Form(np.where(zero, -np.inf, ends.low), np.where(zero, np.inf, ends.high))
-    if x.g is None:
+    if x.c is None:
         return found
     least = np.where(zero, 0.0, np.minimum(np.abs(x.low), np.abs(x.high)))
     return _linear(x, found, 1 / x.c, -1 / (x.c * x.c), 2 / least**3)
@@ -226,7 +242,7 @@ def root(x: Form) -> Form:
     """Square root of what is not negative."""
     low, high = np.sqrt(np.maximum(x.low, 0)), np.sqrt(np.maximum(x.high, 0))
     found = interval(low, high)
-    if x.g is None:
+    if x.c is None:
         return found
     value = np.sqrt(np.maximum(x.c, 0))
     return _linear(x, found, value, 0.5 / value, 0.25 / (low * low * low))
@@ -253,7 +269,7 @@ def _wave(x: Form, ahead: float) -> Form:
             low = np.where(hit, -1.0, low)
     low, high = np.fmax(low, -1.0), np.fmin(high, 1.0)
     found = Form(low, high)
-    if x.g is None:
+    if x.c is None:
         return found
     slope = -np.sin(x.c) if ahead else np.cos(x.c)
     return _linear(x, found, function(x.c), slope, np.ones_like(x.c))

@@ -42,7 +42,8 @@ FOLDED: dict[str, Callable[..., float]] = {
     "sign": lambda a: math.copysign(1.0, a) if a else 0.0,
     "floor": lambda a: float(math.floor(a)),
     "ceil": lambda a: float(math.ceil(a)),
-} | {
+}
+FOLDED |= {
     name: getattr(math, name)
     for name in (
         "sqrt sin cos tan asin acos atan atan2 exp log sinh cosh tanh asinh acosh atanh erf "
@@ -182,7 +183,8 @@ class _Simplifier(Rewriter):
                 if bound is None:
                     continue
                 low, high = (other, b) if inner == "max" else (b, other)
-                if self.new.constant(low) <= self.new.constant(high):
+                least, most = self.new.constant(low), self.new.constant(high)
+                if least is not None and most is not None and least <= most:
                     return self.new.add("sat", x, low, high)
         return None
 

@@ -67,7 +67,7 @@ def ranges_of(graph: Graph, law: Law) -> dict[int, Range]:
 
 def _range(node: Node, args: Sequence[Range], limits: Mapping[str, Range]) -> Range:
     if node.op == "const":
-        return float(node.value), float(node.value)
+        return node.number, node.number
     if node.op in ("input", "int_input"):
         return limits.get(str(node.value), NOWHERE)
     if node.op == "i2f":
@@ -94,9 +94,10 @@ def angle_of(graph: Graph, index: int, limit: float) -> Angle:
         values = [graph.constant(arg) for arg in node.args]
         if node.op == "neg":
             index, scale = node.args[0], -scale
-        elif node.op in ("mul", "add") and values.count(None) == 1:
-            k = values.index(None)
-            value = values[1 - k]
+            continue
+        k = values.index(None) if values.count(None) == 1 else 0
+        value = values[1 - k] if len(values) == 2 else None
+        if node.op in ("mul", "add") and value is not None and values[k] is None:
             index = node.args[k]
             if node.op == "mul":
                 scale *= value
@@ -211,7 +212,7 @@ class _Pipes(Rewriter):
         """A node and a factor, whose product is the angle in turns, modulo a turn if it can be
         beyond a turn; the largest size of the product.
         """
-        new, c = self.new, float(self.new.nodes[scale].value)
+        new, c = self.new, self.new.nodes[scale].number
         if offset is not None:
             x, c = new.add("fmadd", x, scale, offset), 1.0
         if angle.limit <= 1:

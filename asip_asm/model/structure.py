@@ -149,8 +149,9 @@ class Structure:
             return [(node.args[0], node.args[1]), *products], plain, [i, *inner]
         if node.op in ("fadd", "fsub"):
             parts = [self._terms(arg, depth - 1) for arg in node.args]
-            joined = [sum(each, []) for each in zip(*parts, strict=True)]
-            return joined[0], joined[1], [i, *joined[2]]
+            products = [product for part in parts for product in part[0]]
+            plain = [node for part in parts for node in part[1]]
+            return products, plain, [i, *(node for part in parts for node in part[2])]
         return [], [i], []
 
     def _only_turns(self, floor: int) -> bool:

@@ -91,7 +91,7 @@ class SumBuilder(Rewriter):
     # ------------------------------------------------------------------ nodes
     def latency(self, op: str) -> int:
         """Cycles from the issue of a core operation to the issue of its reader."""
-        return self.machine.units[self.machine.unit_names[op]].latency + 1
+        return self.machine.units[self.machine.unit_names[op]].ranks + 1
 
     def time(self, index: int) -> int:
         """Earliest cycle at which a reader of the new node can issue."""
@@ -239,7 +239,10 @@ class SumBuilder(Rewriter):
             if products and (not values or products[0][0] <= values[0][0]):
                 other, _, term = heapq.heappop(products)
                 done = max(time, other) + self.latency("fmadd")
-                made = 0 if dry else self.new.add(FMA[term.sign, sign], term.a, term.b, node)
+                made = 0
+                if not dry:
+                    factors = (term.a,) if term.b is None else (term.a, term.b)
+                    made = self.new.add(FMA[term.sign, sign], *factors, node)
                 sign = 1
             else:
                 other, _, second, right = heapq.heappop(values)

@@ -17,7 +17,7 @@ EXPLAINED = re.findall(r"^([a-z-]+):.*## \S", TEXT, re.M)
 MOST = 16
 """What a newcomer can take in."""
 INTERNAL = {"tools-for-tests", "checks"} | {
-    f"lint-{part}" for part in ("rtl", "python", "registers", "site")
+    f"lint-{part}" for part in ("rtl", "python", "types", "registers", "site")
 }
 """Parts of others, which nobody types."""
 PHONY = set(" ".join(re.findall(r"^\.PHONY: (.*)$", TEXT, re.M)).split())

@@ -213,4 +213,4 @@ def compiled(
     names: dict[str, object] = {"raise_flags": _raise, **_Text.names, **rounded}
     names |= backend.constants
     exec(text, names)  # checked by asip_asm.semantics: nothing but its own language
-    return names["operation"]  # type: ignore[return-value]
+    return names["operation"]  # type: ignore[return-value]  # Defined by the text above.
