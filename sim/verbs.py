@@ -61,7 +61,7 @@ GROUPS: dict[str, dict[str, Verb]] = {
         "asm": Verb("assemble a program into an image", "asip_asm.cli_as:main", "asip-as"),
         "objdump": Verb("show what is in an image", "asip_asm.cli_objdump:main", "asip-objdump"),
         "model": Verb(
-            "compile a law from CasADi or URDF, and prove it",
+            "compile a law from CasADi, URDF or ONNX, and prove it",
             "sim.laws.asip_model:main",
             "asip-model",
         ),
