@@ -10,6 +10,6 @@
 .const  H = raduis*2 ; error: 'raduis' is not the name of a constant => did you mean 'radius'?
 .const  I = t ; error: 't' is not the name of a constant => declare it above with .const or .param
 .const  J = 1e300*1e300 ; error: the result of '*' is not finite => expressions are evaluated in double precision, up to 1.8e308
-.param  K ; error: expected '=' behind the name, found the end of the line
+.param  K ; error: expected '=' after the name, found the end of the line
 .const  L = abs(1, 2) ; error: expected ')' to close abs(, found ','
         halt

@@ -193,7 +193,7 @@ def test_delay__is_constant_in_each_phase():
     receive = stated(r"Latency: (\d+) clocks, from the clock that samples RXC low", HEADER)
     added = stated(r"a nibble comes (\d+) clocks later than by MII", HEADER)
     send = stated(r"latency (\d+) clock, from mii_tx", HEADER)
-    assert added == stated(r"a frame comes (\d+) clocks later", PAGE)
+    assert added == stated(r"a frame arrives (\d+) clocks later", PAGE)
     assert send == stated(r"and leaves (\d+) clock later", PAGE)
     delays = []
     for phase in PHASES:

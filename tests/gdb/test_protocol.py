@@ -324,7 +324,7 @@ def test_monitor__help_and_wrong_words(gdb):
     assert "no command 'fly'" in gdb.monitor("fly")
     assert "usage: monitor freeze [on|off]" in gdb.monitor("freeze never")
     assert "usage: monitor tick" in gdb.monitor("tick now")
-    assert "stand still" in gdb.monitor("freeze") and "run on" in gdb.monitor("freeze off")
+    assert "a halted core stop" in gdb.monitor("freeze") and "continue" in gdb.monitor("freeze off")
     assert "takes interrupts" in gdb.monitor("interrupts on")
     assert "0 instructions since reset" in gdb.monitor("counters")
     gdb.go("s")
