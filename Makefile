@@ -102,7 +102,7 @@ lint-python: $(READY)
 	$(VENV)/bin/ruff check -q .
 	$(VENV)/bin/ruff format -q --check .
 	@found=$$($(VENV)/bin/lint-imports --no-logo --no-cache) || { echo "$$found"; exit 1; }
-	@$(PY) -m scripts.lint_rooms
+	@exec $(PY) -m scripts.lint_rooms
 
 lint-types: $(READY)
 	@$(PY) scripts/lint_types.py
