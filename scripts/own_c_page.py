@@ -28,7 +28,8 @@ def render(page: str) -> str:
 
     Raises RuntimeError for a command that fails.
     """
-    run("make -s setup tools T=nios-toolchain")  # what is missing is built here, without a word in the page
+    # What is missing is built here, without a word in the page.
+    run("make -s setup tools T=nios-toolchain")
     for system in PLATFORMS:
         build = f"from sim.rtl.nios_rtl import NiosRtl; NiosRtl({system!r})"
         run(shlex.join([sys.executable, "-c", build]))
