@@ -64,7 +64,7 @@ def apply(node: onnx.NodeProto, values: dict[str, Array], where: str) -> None:
         found = operator.compute(*inputs, **attributes)
     except Refused as error:
         raise ModelError(f"{where}: {error}") from None
-    outputs = list(found) if isinstance(found, list | tuple) else [found]
+    outputs: list[Array | None] = [found] if isinstance(found, np.ndarray) else list(found)
     if len(node.output) > len(outputs):
         raise ModelError(f"{where}: has {len(node.output)} outputs, {len(outputs)} are computed")
     for name, value in zip(node.output, outputs, strict=False):
@@ -94,7 +94,7 @@ def _integers(array: Array | None, what: str) -> list[int]:
     return [int(x) for x in array.ravel()]
 
 
-def _each(function: Callable[..., ca.SX]) -> Callable[..., Array]:
+def _each(function: Callable[..., Any]) -> Callable[..., Array]:
     """Element by element, with broadcasting."""
     ufunc = np.frompyfunc(lambda *args: function(*args), _count(function), 1)
 
@@ -116,7 +116,7 @@ def _count(function: Callable[..., Any]) -> int:
     return function.__code__.co_argcount
 
 
-def _unary(function: Callable[[ca.SX], ca.SX], **attributes: Any) -> Operator:
+def _unary(function: Callable[..., Any], **attributes: Any) -> Operator:
     """Element by element; attributes become keywords of `function`."""
     if not attributes:
         return Operator(_each(lambda x: function(x)))
