@@ -45,8 +45,8 @@ CURE = "make goals T=hardware RUN=full"
 
 
 def measure(suites: Sequence[str]) -> list[str]:
-    """Run suites with counters; their counts go to FOLDER, one file a suite. Names of suites with
-    failed tests, whose counts are kept.
+    """Run suites with counters; their counts go to FOLDER, one file a suite. Returns the names
+    of suites with failed tests; their counts are written too.
     """
     failed = []
     for name in suites:

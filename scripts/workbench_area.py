@@ -61,7 +61,7 @@ def rows(full: bool) -> Iterator[Goal]:
         yield at_most(f"{name}: block RAMs", _ram(parameters), BLOCKS, "DP16KD", note)
     if full:
         clock = {}
-        # The core alone as `microtick synth` places it: what that has placed is kept.
+        # The core alone, as `microtick synth` places it; a placed result is used again.
         for top, name in (("asip", f"asip_{TIMED}"), ("debug_asip", f"workbench_{TIMED}_clock")):
             folder = OUTPUT / name
             folder.mkdir(parents=True, exist_ok=True)

@@ -220,6 +220,8 @@ def _conv(
     if x.ndim != 3 or weights.ndim != 3:
         raise Refused("convolutions over one dimension alone are compiled")
     _only("auto_pad", auto_pad, b"NOTSET", b"VALID")
+    if auto_pad == b"VALID" and any(pads):
+        raise Refused("auto_pad = VALID and pads contradict each other; leave one out")
     if kernel_shape and list(kernel_shape) != [weights.shape[2]]:
         raise Refused("kernel_shape differs from the weights'")
     (step,), (gap,), (before, after) = strides or [1], dilations or [1], pads or [0, 0]

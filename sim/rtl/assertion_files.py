@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Assertions beside the RTL: files of sim/rtl/assertions that bind to the modules of a model."""
+"""Assertion files of sim/rtl/assertions that bind to the modules of a model."""
 
 from __future__ import annotations
 

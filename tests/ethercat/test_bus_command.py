@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`microtick bus`: long results are kept for their sources only, a failing row is a row."""
+"""`microtick bus`: cached results are valid for their sources only, and a failing row is shown."""
 
 from __future__ import annotations
 

@@ -248,6 +248,13 @@ def test_what_is_not_compiled__refused_by_name(name, tmp_path):
         load_onnx(save(tmp_path, made))
 
 
+def test_convolution__pads_next_to_auto_pad__refused():
+    node = helper.make_node("Conv", ["x", "w"], ["y"], auto_pad="VALID", pads=[1, 1])
+    made = model([node], {"x": [1, 1, 5]}, {"y": [1, 1, 5]}, {"w": some(1, 1, 3)})
+    with pytest.raises(ModelError, match="auto_pad = VALID and pads contradict"):
+        function_of(made)
+
+
 def test_damaged_bytes__refused_or_read(tmp_path):
     """Every damaged file ends in a ModelError or is read; nothing else is raised."""
     content = bytearray(perceptron([3, 4, 2], "Tanh", SEED).SerializeToString())

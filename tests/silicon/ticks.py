@@ -2,7 +2,8 @@
 """Whole ticks of the tracking programs on the core's netlist beside its RTL, shard by shard.
 
 A shard begins with the program loaded anew and its part of the path, so shards are tasks of the
-campaign runner (sim/core/fpbench/campaign.py): what is done is kept, a stopped comparison goes on.
+campaign runner (sim/core/fpbench/campaign.py): finished shards are cached, so a stopped
+comparison continues.
 """
 
 from __future__ import annotations

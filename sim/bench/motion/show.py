@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Everything of the motion front-end that can be shown, from one command: `microtick motion`.
 
-Figures of two papers (docs/law.md) drawn anew, the drive and feed-forward study, the front-end
-as RTL on a move of the S-curve paper and on a G64 program, and the goals: two tables, results.json,
-one page with plots.
+It redraws figures of two papers (docs/law.md), runs the drive and feed-forward study, runs the
+front-end as RTL on a move of the S-curve paper and on a G64 program, and measures the goals. It
+writes two tables, results.json and one page with plots.
 """
 
 from __future__ import annotations
