@@ -42,6 +42,8 @@ SLICES, PROMISING = 8, 0.97
 """Where no split helps, one is made of an input of which thin slices have so low a bound."""
 NARROW = 1e-6
 """Share of an input's range up to which an operation's domain is looked for."""
+MANY_BINADES = 2.0**40
+"""Ratio of an interval's ends above which its arithmetic middle takes off one binade of many."""
 TINY = 1e-300
 Floats = NDArray[np.float64]
 
@@ -370,6 +372,9 @@ class Search:
             after = middle + 1
         else:
             middle = _by_binades(low, high) if by_binades else _middle(low, high)
+            least, most = np.minimum(np.abs(low), np.abs(high)), np.maximum(np.abs(low), np.abs(high))
+            if not by_binades and ((low * high > 0) & (most > MANY_BINADES * least)).all():
+                return None
             if by_binades and np.array_equal(middle, _middle(low, high)):
                 return None
             after = np.nextafter(middle.astype(np.float32), np.float32(np.inf)).astype(float)
@@ -383,7 +388,7 @@ class Search:
     def _split(self, chosen: NDArray[np.int64], way: tuple[int, bool]) -> None:
         k, by_binades = way
         chosen = chosen[self.low[k, chosen] < self.high[k, chosen]]
-        split = self._halves(chosen, k, by_binades) or self._halves(chosen, k, False)
+        split = self._halves(chosen, k, by_binades) or self._halves(chosen, k, not by_binades)
         if split is None:
             raise ValueError("a box that cannot be split")
         low, high = split

@@ -264,6 +264,9 @@ def _function(found: Enclosure, i: int, args: Sequence[int], function: Function,
     wider = LIBRARY * np.maximum(np.abs(least), np.abs(most))
     slope = Form(least - wider, most + wider)
     own = function.ulp * 2.0**-23 * value.size + function.absolute
+    # Next to 0 the absolute part would be as large as the number itself.
+    square = x.value.size**2 * (1 + 2.0**-40)
+    own = np.where(x.value.size <= function.unchanged, np.minimum(own, square), own)
     return found.plain(args, widened(value, own), (slope,), own, bad=bad | x.bad)
 
 

@@ -25,7 +25,8 @@ class Function:
     """An approximated function: exact value and partial derivatives in double precision, largest
     error in units of 2^-23 of the result plus `absolute`, and the domain (low, high) where they
     hold. outside: what the program gives beyond, for users; own: what depends on the arguments in
-    another way, to be added.
+    another way, to be added; unchanged: up to this size the result is the argument itself, and the
+    function differs from its argument x by at most x^2.
     """
 
     exact: Callable[..., Real]
@@ -35,6 +36,7 @@ class Function:
     domain: tuple[float, float]
     outside: str = ""
     own: Callable[..., Real] | None = None
+    unchanged: float = 0.0
 
 
 def _erf(x: Real) -> Real:
@@ -42,6 +44,8 @@ def _erf(x: Real) -> Real:
 
 
 EVERYWHERE = (-3e38, 3e38)
+NEAR_ZERO = 2.0**-26
+"""Up to here x + x^2 rounds to x."""
 
 FUNCTIONS: dict[str, Function] = {
     "exp": Function(
@@ -49,7 +53,8 @@ FUNCTIONS: dict[str, Function] = {
         "2.5e-38 below, 3.0e38 above",
     ),
     "expm1": Function(
-        np.expm1, lambda x: (np.exp(x),), 1.8, 1e-44, (-86.5, 88.3), "-1 below, 3.0e38 above"
+        np.expm1, lambda x: (np.exp(x),), 1.8, 1e-44, (-86.5, 88.3), "-1 below, 3.0e38 above",
+        unchanged=NEAR_ZERO,
     ),
     "log": Function(
         np.log, lambda x: (1 / x,), 1.3, 1e-44, (2.0**-126, 1.2e38),
@@ -57,14 +62,15 @@ FUNCTIONS: dict[str, Function] = {
     ),
     "log1p": Function(
         np.log1p, lambda x: (1 / (1 + x),), 2.5, 1e-44, (-0.9999999, 1.2e38),
-        "NaN at -1 and below, a wrong number above",
+        "NaN at -1 and below, a wrong number above", unchanged=NEAR_ZERO,
     ),
     "atan": Function(
-        np.arctan, lambda x: (1 / (1 + x * x),), 1.6, 1e-44, EVERYWHERE, "pi/2 with the sign of x"
+        np.arctan, lambda x: (1 / (1 + x * x),), 1.6, 1e-44, EVERYWHERE, "pi/2 with the sign of x",
+        unchanged=NEAR_ZERO,
     ),
     "asin": Function(
         np.arcsin, lambda x: (1 / np.sqrt(np.maximum(1 - x * x, 1e-30)),), 2.2, 1e-44,
-        (-1.0, 1.0), "NaN",
+        (-1.0, 1.0), "NaN", unchanged=NEAR_ZERO,
     ),
     "acos": Function(
         np.arccos, lambda x: (-1 / np.sqrt(np.maximum(1 - x * x, 1e-30)),), 2.2, 1e-44,

@@ -253,6 +253,19 @@ def sine_and_cosine(x: Form) -> tuple[Form, Form]:
     return _wave(x, 0.0), _wave(x, 0.5)
 
 
+def _of_small_angle(x: Form, sine: Form) -> Form:
+    """The sine in [x - x^3/6, x] of angles up to 1: near 0 its relative error is small too, as a
+    quotient sin(x)/x needs it.
+    """
+    ends = []
+    for end, outwards in ((x.low, -1), (x.high, 1)):
+        towards_0 = end * (1 - end * end / 6)
+        bound = np.where(outwards * end > 0, end, towards_0)
+        ends.append(bound + outwards * 2.0**-50 * np.abs(bound))
+    small = x.size <= 1
+    return chosen(small, within(sine, *ends), sine)
+
+
 def _wave(x: Form, ahead: float) -> Form:
     """sin(x + ahead * pi), ahead 0 or 1/2."""
     function: Callable = np.cos if ahead else np.sin
@@ -269,6 +282,8 @@ def _wave(x: Form, ahead: float) -> Form:
             low = np.where(hit, -1.0, low)
     low, high = np.fmax(low, -1.0), np.fmin(high, 1.0)
     found = Form(low, high)
+    if not ahead:
+        found = _of_small_angle(x, found)
     if x.c is None:
         return found
     slope = -np.sin(x.c) if ahead else np.cos(x.c)

@@ -51,6 +51,17 @@ def errors(name: str, x: np.ndarray) -> np.ndarray:
     return gap / (2.0**-23 * np.maximum(np.abs(want), 1e-300))
 
 
+@pytest.mark.parametrize("name", [name for name, each in FUNCTIONS.items() if each.unchanged])
+def test_argument_next_to_zero_is_the_result(name):
+    limit = FUNCTIONS[name].unchanged
+    x = floats((-limit, limit), 9973)
+    compiled = compile_law(law_of(name, FUNCTIONS[name].domain))
+    got = evaluate(compiled.graph, {"x": x}, rounded_sine)[compiled.graph.outputs["r"]]
+    assert np.array_equal(got, x)
+    exact = FUNCTIONS[name].exact(x.astype(float))
+    assert (np.abs(exact - x) <= x.astype(float) ** 2).all()
+
+
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_error_is_as_stated_over_the_domain(name):
     x = floats(FUNCTIONS[name].domain, 9973)
