@@ -48,6 +48,7 @@ def stop(number: int, frame: object) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     """The folder of results is made before any test: in a read-only checkout, say so at once."""
+    os.environ.pop("PYTEST_ADDOPTS", None)  # read; a pytest that a test starts has its own options
     for number in (signal.SIGTERM, signal.SIGHUP):
         if signal.getsignal(number) is signal.SIG_DFL:
             signal.signal(number, stop)
