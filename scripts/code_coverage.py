@@ -166,6 +166,11 @@ def write_data() -> dict[str, dict[str, list[int]]]:
     return table
 
 
+def listed(names: Sequence[str]) -> str:
+    """Names as code, between commas."""
+    return ", ".join(f"`{name}`" for name in names)
+
+
 def page_table(suites: Sequence[str], table: Mapping[str, Mapping[str, list[int]]]) -> str:
     """Markdown of the shares, one line a part."""
     whole = {
@@ -178,7 +183,9 @@ def page_table(suites: Sequence[str], table: Mapping[str, Mapping[str, list[int]
             for covered, total, left in (row[kind] for kind in KINDS)
         )
         rows.append(f"| {part} | {' | '.join(cells)} |")
-    note = f"Suites that were counted: {', '.join(f'`{name}`' for name in suites)}."
+    left = [name for name in SUITES if name not in suites]
+    note = f"Suites that were counted: {listed(suites)}."
+    note += f" Not counted yet: {listed(left)}." if left else ""
     return "\n".join((*rows, "", note)) + "\n"
 
 
