@@ -372,8 +372,8 @@ class Search:
             after = middle + 1
         else:
             middle = _by_binades(low, high) if by_binades else _middle(low, high)
-            least, most = np.minimum(np.abs(low), np.abs(high)), np.maximum(np.abs(low), np.abs(high))
-            if not by_binades and ((low * high > 0) & (most > MANY_BINADES * least)).all():
+            small, large = np.sort(np.abs([low, high]), axis=0)
+            if not by_binades and ((low * high > 0) & (large > MANY_BINADES * small)).all():
                 return None
             if by_binades and np.array_equal(middle, _middle(low, high)):
                 return None
