@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import partial
 
-from asip_asm.diagnostics import Line, Place, SourceError, closest
+from asip_asm.diagnostics import Line, Place, SourceError, closest, counted
 from asip_asm.expression import INT_RANGE, Evaluator, word_bits
 from asip_asm.ir import Register, StreamBlock
 from asip_asm.isa import STREAM_BITS, Isa
@@ -88,7 +88,7 @@ class Directives:
         if not value.is_integer() or not first <= value < first + words:
             raise SourceError(
                 place,
-                f"'{name}' has {words} words, there is no word {value - first:g}",
+                f"'{name}' has {counted(words, 'word')}, there is no word {value - first:g}",
                 f"words are {name}+0 to {name}+{words - 1}" if words else "declare it with .stream",
             )
         return pin, int(value), name if block else ""

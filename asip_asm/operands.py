@@ -7,7 +7,7 @@ import itertools
 from dataclasses import dataclass, field
 
 from asip_asm.blocks import Step
-from asip_asm.diagnostics import Place, Reporter, SourceError, closest
+from asip_asm.diagnostics import Place, Reporter, SourceError, closest, counted
 from asip_asm.directives import STREAM_PINS
 from asip_asm.expression import literal_name, word_bits
 from asip_asm.ir import (
@@ -104,7 +104,7 @@ class Operands:
             if not room or words > room:
                 self.reporter.add(
                     declaration.place,
-                    f"the stream of pipe {declaration.pin} has {words} words, configuration "
+                    f"the stream of pipe {declaration.pin} has {counted(words, 'word')}, configuration "
                     f"'{self.configuration.name}' holds {room}",
                     "put blocks into the other stream, or constants into data memory"
                     if room
@@ -306,6 +306,8 @@ class Operands:
         name, record = operand.text, step.raw.record
         declaration = self.source.names.get(name)
         pin = name if name in tuple(STREAM_PINS) and declaration is None else None
+        if pin is not None:
+            self.source.used.update(b.name for b in self.source.streams if b.pin == pin)
         if declaration is not None and declaration.kind == "stream":
             pin = str(declaration.pin)
             self.source.used.add(name)

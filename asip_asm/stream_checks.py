@@ -87,7 +87,7 @@ class _Checks:
         if first <= place < first + words:
             return None
         if place == first + words:
-            return f"'{name}' has {words} words and they are all taken", f"{cure}, or add words"
+            return f"'{name}' has no word left of its {words}", f"{cure}, or add words"
         owner = next(
             (
                 b.name

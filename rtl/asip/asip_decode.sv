@@ -22,7 +22,7 @@ module asip_decode #(
 
   // The control fields of each opcode are those of its record in asip_asm/isa.toml.
   assign control = asip_pkg::control_of(opcode);
-  assign offered = CanSeek || opcode != asip_isa_pkg::OP_SEEK ? control : '0;
+  assign offered = CanSeek ? control : control & ~asip_pkg::CONTROL_SEEK;
   assign opcode = word_i[asip_isa_pkg::FIELD_OP_MSB:asip_isa_pkg::FIELD_OP_LSB];
   assign dst    = word_i[asip_isa_pkg::FIELD_DST_MSB:asip_isa_pkg::FIELD_DST_LSB];
   assign a      = word_i[asip_isa_pkg::FIELD_A_MSB:asip_isa_pkg::FIELD_A_LSB];

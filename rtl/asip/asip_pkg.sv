@@ -36,6 +36,8 @@ package asip_pkg;
   } decoded_t;
   localparam int unsigned CONTROL_WIDTH = 23;  // of the control fields, the most significant ones
   localparam int unsigned DECODED_WIDTH = 75;  // of decoded_t: Yosys knows no $bits
+  // The field `seek` among the control fields, which only a core with streams has.
+  localparam logic [CONTROL_WIDTH-1:0] CONTROL_SEEK = {22'd0, 1'd1};
 
   // Control fields of an opcode; all are 0 for a nop and an opcode that does not exist.
   // A case of constants would be a ROM to Yosys, which moves the register of its address

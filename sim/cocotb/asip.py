@@ -71,7 +71,7 @@ class Asip(Agent):
         fields, config = REGMAP.registers["CONFIG"].fields, await self.read(CSR["CONFIG"])
         shape = fields["slots"].of(config), fields["fma_pipes"].of(config)
         for name, known in default_isa().configurations.items():
-            if shape == (len(known.slots), known.fma_pipes):
+            if shape == (len(known.slots), known.fma_pipes) and not known.stream_words:
                 return name
         raise AssertionError(f"CONFIG is {config:#010x}: no configuration of the assembler")
 
