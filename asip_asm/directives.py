@@ -363,7 +363,9 @@ class Directives:
             assert pin is not None
             if pin.text not in tuple(STREAM_PINS):
                 raise SourceError(
-                    pin.place, f"there is no stream of '{pin.text}'", "pin A or B, a multiply-add pipe"
+                    pin.place,
+                    f"there is no stream of '{pin.text}'",
+                    "pin A or B, a multiply-add pipe",
                 )
             cursor.expect("=", "and the words after the pipe")
             if name.text in tuple(STREAM_PINS):
@@ -387,9 +389,7 @@ class Directives:
             value, place = self._value(cursor)
             block.words.append(word_bits(value, "float", place))
             if stream_words(streams, block.pin) > 1 << STREAM_BITS:
-                raise SourceError(
-                    place, f"too many words: a stream has at most {1 << STREAM_BITS}"
-                )
+                raise SourceError(place, f"too many words: a stream has at most {1 << STREAM_BITS}")
             if cursor.token.kind == "end":
                 return
             cursor.expect(",", "between words of a stream")

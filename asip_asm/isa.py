@@ -194,7 +194,8 @@ def _read_configurations(
         words = found.stream_words
         if not isinstance(words, int) or words & (words - 1) or not 0 <= words <= 1 << STREAM_BITS:
             findings.add(
-                where, f"stream_words is {words!r}, must be 0 or a power of two to {1 << STREAM_BITS}"
+                where,
+                f"stream_words is {words!r}, must be 0 or a power of two to {1 << STREAM_BITS}",
             )
         for unit, interval in found.intervals.items():
             findings.known(where, "unit of an interval", unit, units)

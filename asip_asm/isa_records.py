@@ -196,6 +196,11 @@ class Isa:
         return tuple(name for name in self.units if name in named)
 
     @functools.cached_property
+    def without_streams(self) -> tuple[str, ...]:
+        """Configurations without streams; one with them is otherwise the same as one of these."""
+        return tuple(c.name for c in self.configurations.values() if not c.stream_words)
+
+    @functools.cached_property
     def branches(self) -> frozenset[str]:
         """Operations that may continue elsewhere."""
         return frozenset(name for name, record in self.operations.items() if record.branches)

@@ -2,8 +2,9 @@
 """Several programs in one image, each a function with its own entry.
 
 The functions keep their schedules and so their cycles. Own to each: inputs, parameters, outputs,
-data words, streams, and the registers of states and exports, which no other function writes. Shared:
-constants of equal bits, and the registers that hold values within a run; runs do not overlap.
+data words, streams, and the registers of states and exports, which no other function writes.
+Shared: constants of equal bits, and the registers that hold values within a run; runs do not
+overlap.
 Names in the image are `function.name`, `Image.function` is one function with its own names.
 """
 

@@ -104,8 +104,8 @@ class Operands:
             if not room or words > room:
                 self.reporter.add(
                     declaration.place,
-                    f"the stream of pipe {declaration.pin} has {counted(words, 'word')}, configuration "
-                    f"'{self.configuration.name}' holds {room}",
+                    f"the stream of pipe {declaration.pin} has {counted(words, 'word')}, "
+                    f"configuration '{self.configuration.name}' holds {room}",
                     "put blocks into the other stream, or constants into data memory"
                     if room
                     else self._core_with_streams(),

@@ -30,8 +30,8 @@ _OUTPUT = re.compile(r"o([0-9]+)")
 @dataclass(eq=False)
 class Declaration:
     """A declared name. `value` is a constant's value in double precision or an address in data
-    memory or a stream; `bits` a constant's, state's or safe value's bits; `pin` the bank or register
-    it is pinned to, of a stream the pipe.
+    memory or a stream; `bits` a constant's, state's or safe value's bits; `pin` the bank or
+    register it is pinned to, of a stream the pipe.
     `folded`: an expression took the value, so that a word of bank K is not all there is of it.
     """
 

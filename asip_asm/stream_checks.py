@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks of streams: at each read, which word is next is known, and it is one of the block named."""
+"""Checks of streams: at each read the next word is known, and it is one of the block named."""
 
 from __future__ import annotations
 

@@ -233,12 +233,14 @@ module asip #(
   generate
     if (StreamWords != 0) begin : gen_streams
       for (p = 0; p < FmaPipes; p++) begin : gen_stream
-        asip_pkg::decoded_t op_d;
-        logic takes_d;
+        logic [2:0] reads_d;
 
-        assign op_d    = ops_d[OpWidth*p+:OpWidth];
-        assign takes_d = op_d.a[8:6] == asip_isa_pkg::BANK_S || op_d.b[8:6] == asip_isa_pkg::BANK_S ||
-                         op_d.c[8:6] == asip_isa_pkg::BANK_S;
+        // Sources a, b, c of the slot are ports 3p to 3p+2 of the operand stage.
+        assign reads_d = {
+          source_d[3*p+2][8:6] == asip_isa_pkg::BANK_S,
+          source_d[3*p+1][8:6] == asip_isa_pkg::BANK_S,
+          source_d[3*p][8:6] == asip_isa_pkg::BANK_S
+        };
 
         asip_stream #(
             .Words(StreamWords)
@@ -246,7 +248,7 @@ module asip #(
             .clk_i,
             .rst_ni,
             .clear_i        (run_start),
-            .take_i         (issue && takes_d),
+            .take_i         (issue && (|reads_d)),
             .seek_i         (issue && aux_d.seek && aux_d.imm[15] == 1'(p)),
             .seek_address_i (aux_d.imm[14:0]),
             .word_r1_o      (stream_r1[p]),
@@ -515,7 +517,9 @@ module asip #(
     if (Resilience != 0 && (Slots == 1 || Debug != 0)) begin : gen_check_resilience
       $error("asip: Resilience=1 is for configuration fast without a debug block");
     end
-    if (StreamWords != 0 && (2 ** $clog2(StreamWords) != StreamWords || StreamWords > 2 ** 15 || StreamWords < 2)) begin : gen_check_streams
+    if (StreamWords != 0 && (2 ** $clog2(
+            StreamWords
+        ) != StreamWords || StreamWords > 2 ** 15 || StreamWords < 2)) begin : gen_check_streams
       $error("asip: StreamWords=%0d, must be 0 or a power of two from 2 to 32768", StreamWords);
     end
     if (StreamWords != 0 && (Slots == 1 || Resilience != 0)) begin : gen_check_stream_shape

@@ -215,7 +215,8 @@ module asip_host #(
       logic [7:0] page_q;
       always_ff @(posedge clk_i or negedge rst_ni) begin
         if (!rst_ni) page_q <= 8'd0;
-        else if (csr_write && csr == asip_regmap_pkg::REG_STREAM) page_q <= writedata_i[asip_regmap_pkg::STREAM_PAGE_LSB+:8];
+        else if (csr_write && csr == asip_regmap_pkg::REG_STREAM)
+          page_q <= writedata_i[asip_regmap_pkg::STREAM_PAGE_LSB+:8];
       end
       assign stream_page = page_q;
     end else begin : gen_no_streams

@@ -56,8 +56,8 @@ def rows(full: bool) -> Iterator[Goal]:
     cure = "make goals T=matrix RUN=full runs 10 000 inputs"
     yield exactly("matrix product 16x16: words unlike the model's", unequal, 0, "", cure)
     right = x.astype(float) @ matrix().T
-    # SIZE roundings of a sum, one of each matrix word: |error| <= (SIZE + 1) u sum |w| |x|, to first
-    # order in u; the factor 1.01 covers the rest.
+    # SIZE roundings of a sum and one of each matrix word: |error| <= (SIZE + 1) u sum |w| |x| to
+    # first order in u. The factor 1.01 covers the rest.
     bound = 1.01 * (SIZE + 1) * HALF_ULP * (np.abs(x).astype(float) @ np.abs(matrix()).T)
     error = np.abs(np.stack([rtl[name] for name in names], axis=1) - right)
     worst = float((error / bound).max())

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Benches of the core with redundancy and of the core with streams, on the RTL of the project or on a
-copy with a planted fault."""
+"""Benches of the core with redundancy and of the core with streams, on the RTL of the project or on
+a copy with a planted fault.
+"""
 
 from __future__ import annotations
 

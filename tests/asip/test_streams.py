@@ -32,7 +32,9 @@ PAGE = REGMAP.blocks["streams"].words
 
 def streams(**words: list[int]) -> list[StreamEntry]:
     """A block for each pipe named."""
-    return [StreamEntry(f"s{pin}", pin, 0, [f"{w:08x}" for w in block]) for pin, block in words.items()]
+    return [
+        StreamEntry(f"s{pin}", pin, 0, [f"{w:08x}" for w in block]) for pin, block in words.items()
+    ]
 
 
 def seek(pipe: int, address: int) -> object:
@@ -74,7 +76,12 @@ def test_seek__a_word_in_its_own_bundle_is_the_one_before__the_next_bundle_has_t
 
 def test_stall__a_bundle_that_waits__takes_one_word():
     # The second bundle waits for the first one's result with a word of its stream in hand.
-    bundles = [take("a1"), op("fadd", "a2", "s0", "a1"), op("fadd", "a3", "s0", "a2"), (take("a4"), HALT)]
+    bundles = [
+        take("a1"),
+        op("fadd", "a2", "s0", "a1"),
+        op("fadd", "a3", "s0", "a2"),
+        (take("a4"), HALT),
+    ]
     got = bench.verify(image(bundles, A=list(WORDS)))
     assert got.stalls["STALL_OPERAND"] > 0
     assert [got.writes[name] for name in ("a1", "a2", "a3", "a4")] == [
@@ -142,7 +149,10 @@ def test_image__words_that_the_configuration_has_not__is_refused():
     program = image([HALT], A=list(WORDS))
     for changes, message in (
         ({"configuration": "fast"}, "the stream of pipe A has 4 words, 'fast' holds 0"),
-        ({"streams": streams(A=[ONE] * 8193)}, "the stream of pipe A has 8193 words, 'stream' holds"),
+        (
+            {"streams": streams(A=[ONE] * 8193)},
+            "the stream of pipe A has 8193 words, 'stream' holds",
+        ),
         (
             {"streams": [StreamEntry("s", "B", 1, ["3f800000"])]},
             "stream 's' is at 1, the words before end at 0",
@@ -175,7 +185,9 @@ def test_functions__each_with_its_own_words():
         mov y, q
         halt
 """
-    programs = {n: bench.assembled(text.format(n, *w)) for n, w in {"f": (1, 2), "g": (3, 4)}.items()}
+    programs = {
+        n: bench.assembled(text.format(n, *w)) for n, w in {"f": (1, 2), "g": (3, 4)}.items()
+    }
     both = link("both", programs)
     assert both.stream("A") == [ONE, TWO, 0x40400000, FOUR]
     model = Iss(both)
