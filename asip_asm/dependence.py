@@ -112,10 +112,11 @@ def build_graph(
                     require(i, j, 1)
             accesses.append(j)
         if (stream := stream_place(op)) is not None:
-            if (i := streams.get(stream)) is not None:
+            if stream in streams:
                 # A seek acts on the next bundle, so the read before it may be in its own.
-                reads_first = graph.operations[i].stream is not None and op.stream is None
-                require(i, j, 0 if reads_first else 1)
+                before = streams[stream]
+                reads_first = graph.operations[before].stream is not None and op.stream is None
+                require(before, j, 0 if reads_first else 1)
             streams[stream] = j
         if op.mnemonic in BRANCHES:
             for i in range(j):

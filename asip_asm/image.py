@@ -303,10 +303,10 @@ def _problems(image: Image, isa: Isa) -> Iterator[str]:
             yield f"data name '{name}' is {address}, the image has {len(image.data)} data words"
     for pin in "AB":
         room, end = configuration.stream_words, 0
-        for entry in (entry for entry in image.streams if entry.pin == pin):
-            if entry.address != end:
-                yield f"stream '{entry.name}' is at {entry.address}, the words before end at {end}"
-            end = entry.address + len(entry.words)
+        for block in (block for block in image.streams if block.pin == pin):
+            if block.address != end:
+                yield f"stream '{block.name}' is at {block.address}, the words before end at {end}"
+            end = block.address + len(block.words)
         if end > room:
             yield f"the stream of pipe {pin} has {end} words, '{configuration.name}' holds {room}"
     yield from _bank_k(image)
