@@ -66,6 +66,10 @@ AREAS: dict[str, Area] = {
             "clock": "scripts.clock_goals:hardware",
         },
     ),
+    "matrix": Area(
+        "Programs whose constants come from streams: cycles, bits, error.",
+        {"matrix product": "sim.bench.matrix_goals:rows"},
+    ),
     "motion": Area(
         "Motion front-end: planner, look-ahead, pulses, interpolators.",
         command="sim.bench.motion.show:main",
