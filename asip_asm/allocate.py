@@ -325,6 +325,7 @@ class _Spiller:
         load = Operation("ld", copy, imm=self.stored[symbol], source=renamed[0].source)
         place = min(region.operations.index(op) for op in renamed)
         region.operations.insert(place, load)
+        self._remove_unread_load(region, symbol)
         if "~" in symbol.name:
             self.reader[copy] = next(op for op in bundles[first].slots if op in renamed)
             self._insert(bundles, first, load)
@@ -336,6 +337,16 @@ class _Spiller:
             if self._fill(bundles[i], load):
                 return
         self._insert(bundles, early[-1] + 1 if early else index + 1, load)
+
+    def _remove_unread_load(self, region: Region, symbol: Virtual) -> None:
+        """Remove the load of a value that gave way before anything read it."""
+        if any(symbol in sources(op) for op in region.operations):
+            return
+        for bundle in region.bundles or []:
+            for slot, op in bundle.placed():
+                if op.dst == symbol and op.mnemonic == "ld":
+                    bundle.slots[slot] = None
+                    region.operations.remove(op)
 
     def _fill(self, bundle: Bundle, operation: Operation) -> bool:
         """Put the operation into a free slot of the bundle, if there is one."""

@@ -66,6 +66,10 @@ AREAS: dict[str, Area] = {
             "clock": "scripts.clock_goals:hardware",
         },
     ),
+    "matrix": Area(
+        "Laws made of matrix products: cycles and proofs.",
+        {"laws on fast": "sim.bench.matrix_goals:rows"},
+    ),
     "motion": Area(
         "Motion front-end: planner, look-ahead, pulses, interpolators.",
         command="sim.bench.motion.show:main",

@@ -78,8 +78,9 @@ class Pace:
     begun: float = field(default_factory=time.monotonic)
     shown: float = field(default_factory=time.monotonic)
 
-    def at(self, done: int) -> None:
-        """Some of the campaign is done."""
+    def at(self, done: int, total: int = 0) -> None:
+        """Some of the campaign is done; total: if it was not known at the start."""
+        self.total = total or self.total
         now = time.monotonic()
         if 0 < done < self.total and now - self.shown >= PACE_SECONDS:
             self.shown = now

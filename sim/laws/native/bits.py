@@ -10,7 +10,6 @@ import numpy as np
 
 from asip_asm.model.c_code import unfused
 from asip_asm.model.compiler import Compiled
-from asip_asm.model.emit import emit
 from asip_asm.model.exact import Array, Sine, evaluate
 from sim.laws.native.law import NativeLaw, Ran
 from sim.laws.prove_program import BATCH, draw_ticks
@@ -18,8 +17,7 @@ from sim.laws.prove_program import BATCH, draw_ticks
 
 def separate(compiled: Compiled) -> Compiled:
     """The program whose multiply-adds are a product and a sum."""
-    graph = unfused(compiled.graph)
-    return dataclasses.replace(compiled, graph=graph, text=emit(graph, compiled.law))
+    return dataclasses.replace(compiled, graph=unfused(compiled.graph))
 
 
 def first_difference(
