@@ -170,9 +170,7 @@ def _slack(graph: Graph, machine: Machine) -> dict[int, int]:
     return {i: longest - h - t for i, h, t in zip(numbers, heads, tails, strict=True)}
 
 
-def trial_cycles(
-    graph: Graph, machine: Machine, loaded: frozenset[float] = frozenset()
-) -> int:
+def trial_cycles(graph: Graph, machine: Machine, loaded: frozenset[float] = frozenset()) -> int:
     """Cycles of a quick schedule of the operations and loads, without moves to outputs and
     states.
     """

@@ -24,10 +24,10 @@ from asip_asm.model.certificate import Certificate
 from asip_asm.model.compiler import Compiled
 from asip_asm.model.exact import Array, evaluate
 from asip_asm.model.law import Law, Port, before
+from asip_asm.pace import Pace
 from sim.core.api import Core
 from sim.laws.prove_casadi import truth_of
 from sim.laws.prove_reference import RobotTruth, Truth
-from sim.report.goals import Pace
 
 SEED = 1
 COUNT = 10_000

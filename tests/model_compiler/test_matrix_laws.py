@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from asip_asm import pace
 from asip_asm.model.compiler import Options, compile_law
 from asip_asm.model.law import Law, Port
 from asip_asm.model.program import build
@@ -16,7 +17,6 @@ from sim.bench.matrix_goals import LAWS
 from sim.laws.asip_model.effects import Forms
 from sim.laws.matrix_laws import MASSES, lqg, lqg_gains, policy
 from sim.laws.prove_program import prove
-from sim.report import goals
 
 SEED = 7
 
@@ -38,7 +38,7 @@ def test_gains_of_the_lqg_law_hold_chain_and_estimate_still():
 
 
 def test_lqg_law_is_as_short_as_its_goal_and_keeps_its_bits(monkeypatch, capsys):
-    monkeypatch.setattr(goals, "PACE_SECONDS", 0.0)
+    monkeypatch.setattr(pace, "PACE_SECONDS", 0.0)
     built = Forms(lqg()).build(Options())
     assert built
     # A search that takes long reports how far it is.

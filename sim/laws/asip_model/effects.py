@@ -20,8 +20,8 @@ from asip_asm.model.exact import Array
 from asip_asm.model.law import Law
 from asip_asm.model.program import Built, build
 from asip_asm.model.read import ModelError
+from asip_asm.pace import Pace
 from sim.laws.prove_program import draw_ticks
-from sim.report.goals import Pace
 
 POINTS = 200
 
