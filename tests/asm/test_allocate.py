@@ -128,6 +128,8 @@ def test_constant_that_gives_way_before_it_is_read__is_loaded_once():
     arrange(build.program, with_banks(FAST, 4), in_order=True)
     loads = [op.imm for op in operations_of(build.program) if op.mnemonic == "ld"]
     assert sorted(loads) == list(range(8))
+    copies = [op.dst for op in operations_of(build.program) if "~" in str(op.symbols)]
+    assert not copies
     assert all(op.mnemonic != "st" for op in operations_of(build.program))
 
 
