@@ -67,8 +67,11 @@ AREAS: dict[str, Area] = {
         },
     ),
     "matrix": Area(
-        "Laws made of matrix products: cycles and proofs.",
-        {"laws on fast": "sim.bench.matrix_goals:rows"},
+        "Matrix products: programs whose constants come from streams, and laws on fast.",
+        {
+            "matrix product": "sim.bench.matrix_goals:rows",
+            "laws on fast": "sim.bench.matrix_law_goals:rows",
+        },
     ),
     "motion": Area(
         "Motion front-end: planner, look-ahead, pulses, interpolators.",

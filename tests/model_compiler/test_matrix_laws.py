@@ -13,7 +13,7 @@ from asip_asm import pace
 from asip_asm.model.compiler import Options, compile_law
 from asip_asm.model.law import Law, Port
 from asip_asm.model.program import build
-from sim.bench.matrix_goals import LAWS
+from sim.bench.matrix_law_goals import LAWS
 from sim.laws.asip_model.effects import Forms
 from sim.laws.matrix_laws import MASSES, lqg, lqg_gains, policy
 from sim.laws.prove_program import prove
