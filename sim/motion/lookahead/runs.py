@@ -144,13 +144,17 @@ def _parts(
             if 0 <= edge <= count:
                 corners.append(2 * places[edge] - places[own])
                 turns.append(-changes[own - 1])
+        narrow = width
+        if first >= 0 and last <= count:
+            # No reflection of a reflection is within reach.
+            narrow = min(width, float(places[last] - places[first]) / REACH)
         order = np.argsort(np.concatenate(corners), kind="stable")
         run = _Run(
             lines,
             places,
             directions,
             off,
-            width,
+            narrow,
             np.concatenate(corners)[order],
             np.concatenate(turns)[order],
         )

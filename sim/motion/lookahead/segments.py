@@ -164,7 +164,7 @@ class Segments:
         if (
             not isinstance(item, Segment)
             or item.curve is not None
-            or item.feed != first.feed
+            or not math.isclose(item.feed, first.feed, rel_tol=1e-12)  # by their own lengths
             or item.merge != first.merge
             or item.tolerance != first.tolerance
             or len(corners) >= MERGED_AT_MOST
