@@ -111,6 +111,7 @@ def test_program__assembles(block, configuration, tmp_path):
 PYTHON_NOT_RUN = {
     "ethercat_application.md": "needs a device on an interface, tests/ethercat/test_device.py",
     "cocotb.md": "for the wheel, tests/cocotb/test_page.py",
+    "integration.md": "needs a platform of LiteX, tests/asip/test_litex.py",
 }
 PYTHON = [
     block
