@@ -352,7 +352,7 @@ def test_dwell__between_moves__rests_for_its_time():
 def test_merged__lines_within_q__are_one_line_within_q():
     items = moves_of(ODD["merged"])
     points, run = sampled(items, SMOOTH)
-    assert run.summary.blends + run.summary.turns == 1
+    assert run.summary.blends + run.summary.turns + run.summary.stops == 1
     corners = np.array([items[0].start[:3], *(move.end[:3] for move in items)])
     off = distance_to_polyline(points.position[:, :3] * 1e3, corners)
     assert 0.001 < off.max() <= 0.01 + 0.02
