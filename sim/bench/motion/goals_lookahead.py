@@ -145,7 +145,7 @@ def short_chords(counts: Counts, rows: Rows) -> Measured:
     one rise and one fall of the speed, each under the limits of the tool alone.
     """
     settings, p = LookaheadSettings(), 0.02
-    tool, feed = settings.limits.tool, lookahead_paths.FEED / 60e3
+    tool, feed = MachineLimits.of(settings.robot).tool, lookahead_paths.FEED / 60e3
     ramp = feed / tool.acceleration + tool.acceleration / tool.jerk  # with its jerk
     least = 2 * math.pi * (0.010 - p / 1e3) / feed + ramp
     approach = lookahead_paths.approach_time()

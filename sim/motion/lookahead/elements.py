@@ -72,11 +72,11 @@ def pieces_of(parts: list[tuple[Element, float, float]]) -> Pieces:
         zero = np.zeros_like(q)
         return Pieces(q, d1, zero, zero, feed, share)
     if parts[0][0].kind == "run":
-        groups = [list(group) for _, group in groupby(parts, key=lambda part: part[0].segment)]
         found = []
-        for group in groups:
+        for segment, group in groupby(parts, key=lambda part: part[0].segment):
             edges = np.array([part[1:] for part in group])
-            found.append(group[0][0].segment.curve.examined(edges[:, 0], edges[:, 1], EXAMINED))
+            if segment is not None and isinstance(segment.curve, Smoothed):
+                found.append(segment.curve.examined(edges[:, 0], edges[:, 1], EXAMINED))
         q, d1, d2, d3 = (np.concatenate(each) for each in zip(*found, strict=True))
         return Pieces(q, d1, d2, d3, feed, share)
     values = []

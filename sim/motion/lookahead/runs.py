@@ -58,7 +58,10 @@ class Runs:
         for item in self._items:
             if self._lines and not self._goes_on(item):
                 yield from self._finish()
-            width = width_of(item, self._limits) if isinstance(item, Segment) else 0.0
+            if not isinstance(item, Segment):
+                yield item
+                continue
+            width = width_of(item, self._limits)
             if width == 0.0:
                 yield item
                 continue

@@ -96,11 +96,13 @@ class Segments:
         if isinstance(curve, Line):
             way = end - start
             length = math.sqrt(way @ way)
-            ratio, direction, curve_kept = length / curve.length, way / length, None
+            ratio, direction = length / curve.length, way / length
+            curve_kept = None
         else:
             tangent = curve.evaluate(np.zeros(1))[1][0] * SCALE
             ratio = math.sqrt(tangent @ tangent)
-            length, direction, curve_kept = curve.length * ratio, None, curve
+            length, direction = curve.length * ratio, None
+            curve_kept = curve if isinstance(curve, Arc) else None
         feed = feed_of(move, self._rapid or math.inf)
         yield Segment(
             move.line,
