@@ -44,7 +44,7 @@ from tests.silicon.netlist import BUILD, NetlistError, prove_equivalent
 ROOT = Path(__file__).resolve().parents[1]
 OUTPUT = ROOT / "build/silicon.json"
 OUTCOMES = BUILD / "outcomes"
-COMPARED = ("asip_asm", "nios_sw", "rtl", "sim", "tests")  # folders
+COMPARED = tuple(ROOT / name for name in ("asip_asm", "nios_sw", "rtl", "sim", "tests"))
 KEPT_BOARDS = ROOT / "docs/data/boards.json"
 TICKS = 10_000
 FULL = "RUN=full measures it"
@@ -158,19 +158,22 @@ class Comparison:
 
 
 @cache
-def mark() -> str:
-    """Changes with whatever a comparison compares, runs or is made with."""
+def mark(places: tuple[Path, ...] = COMPARED) -> str:
+    """Changes with the files and folders that a comparison compares, runs or is made with."""
     digest = hashlib.sha256(os.environ.get("SEED", "").encode())
-    files = [path for folder in COMPARED for path in (ROOT / folder).rglob("*")]
+    files = [path for place in places for path in (place, *place.rglob("*"))]
     for path in sorted([*files, *ROOT.glob("requirements*.lock")]):
         if path.is_file() and path.suffix != ".pyc":
             digest.update(f"{path.relative_to(ROOT)}".encode() + path.read_bytes())
     return digest.hexdigest()[:16]
 
 
-def kept(key: str, compare: Callable[[], Outcome]) -> Outcome:
-    """The outcome stored for the present sources, else that of `compare`. Raises NetlistError."""
-    comparison = Comparison(f"{key}-{mark()}")
+def kept(key: str, compare: Callable[[], Outcome], places: tuple[Path, ...] = COMPARED) -> Outcome:
+    """The outcome stored for the present files of `places`, else that of `compare`.
+
+    Raises NetlistError.
+    """
+    comparison = Comparison(f"{key}-{mark(places)}")
     found = campaign.finished(comparison)
     if found is None:
         found = asdict(compare())

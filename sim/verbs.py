@@ -31,6 +31,7 @@ EXTRAS = {
     **dict.fromkeys(("pyarrow", "mcap"), "scope"),
     **dict.fromkeys(("pysoem", "kickcat"), "bus"),
     **dict.fromkeys(("cocotb", "cocotb_tools", "cocotbext", "find_libpython"), "cocotb"),
+    **dict.fromkeys(("litex", "migen"), "litex"),
     "distributed": "cluster",
 }
 """Packages that only an extra of the wheel brings."""

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 from fractions import Fraction
 
 import numpy as np
@@ -40,17 +41,37 @@ def test_counts__of_instances_and_files__are_added_and_only_those_of_the_parts(t
     assert code_coverage.holes(merged) == [BRANCH]
 
 
-def test_explanation__takes_a_hole_out_of_the_share(monkeypatch):
-    entry = {"file": BRANCH.file, "kinds": ["branch"], "lines": [9], "why": "x"}
+@pytest.mark.parametrize(
+    ("more", "explains"),
+    [
+        ({}, True),
+        ({"text": ["module fp_cmp"]}, True),
+        ({"what": "i."}, True),
+        ({"kinds": ["toggle"]}, False),
+        ({"text": ["no such text"]}, False),
+        ({"what": "i"}, False),
+        ({"files": ["rtl/fpu/fp_add.sv"]}, False),
+    ],
+)
+def test_explanation__takes_only_its_holes_out_of_the_share(more, explains, monkeypatch):
+    lines = (coverage.ROOT / BRANCH.file).read_text().splitlines()
+    (line,) = (n for n, text in enumerate(lines, 1) if text.startswith("module fp_cmp"))
+    entry = {"files": [BRANCH.file], "why": "x"} | more
     monkeypatch.setattr(code_coverage, "explanations", lambda: [entry])
-    assert code_coverage.explained(BRANCH) == "x" and not code_coverage.explained(TOGGLE)
-    assert code_coverage.shares({BRANCH: 0})["rtl/fpu"]["branch"] == [0, 0, 1]
+    shares = code_coverage.shares({BRANCH._replace(line=line): 0})
+    assert shares["rtl/fpu"]["branch"] == ([0, 0, 1] if explains else [0, 1, 0])
 
 
 def test_explanations__name_files_and_give_reasons():
     for entry in code_coverage.explanations():
-        assert (coverage.ROOT / entry["file"]).is_file() and entry["why"], entry
-        assert entry.keys() <= {"file", "why", "kinds", "what", "lines"}, entry
+        assert all((coverage.ROOT / file).is_file() for file in entry["files"]), entry
+        assert entry["why"] and entry.keys() <= {"files", "why", "kinds", "what", "text"}, entry
+
+
+def test_page__has_the_shares_of_the_data():
+    data = json.loads(code_coverage.DATA.read_text(encoding="utf-8"))
+    assert code_coverage.page_table(data["suites"], data["parts"]) in code_coverage.PAGE.read_text()
+    assert set(data["parts"]) == set(coverage.PARTS)
 
 
 @pytest.mark.parametrize(

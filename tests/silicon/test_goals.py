@@ -80,7 +80,7 @@ def test_comparison__done_with_the_same_sources__is_not_done_again(monkeypatch, 
     assert silicon.kept("a", lambda: first) == first
     assert silicon.kept("a", lambda: second) == first
     assert silicon.kept("b", lambda: second) == second
-    monkeypatch.setattr(silicon, "mark", lambda: "other sources")
+    monkeypatch.setattr(silicon, "mark", lambda places: "other sources")
     assert silicon.kept("a", lambda: second) == second
 
 
@@ -91,9 +91,10 @@ def test_mark__changes_with_a_source(monkeypatch, tmp_path):
     for text in ("a", "b"):
         (tmp_path / "rtl/a.sv").write_text(text)
         silicon.mark.cache_clear()
-        marks.add(silicon.mark())
+        marks.add(silicon.mark((tmp_path / "rtl",)))
+        marks.add(silicon.mark((tmp_path / "rtl/a.sv",)))
     silicon.mark.cache_clear()
-    assert len(marks) == 2
+    assert len(marks) == 2  # one for each text
 
 
 @pytest.mark.parametrize(
