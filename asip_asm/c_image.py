@@ -43,6 +43,7 @@ def to_c(image: Image, prefix: str = "") -> str:
         ),
         Table("inputs", "uint16_t", [str(entry.index) for entry in image.inputs]),
         Table("exports", "uint16_t", [str(register_offset(e.register)) for e in exports]),
+        *(Table(f"stream_{pin.lower()}", "uint32_t", _hex(image.stream(pin))) for pin in "AB"),
     ]
     lines = [
         f"/* Program image '{comment(image.title)}' for configuration {image.configuration}, "

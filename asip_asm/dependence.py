@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import overload
 
 from asip_asm.ir import Operation, Register, Virtual
+from asip_asm.isa import STREAM_BITS
 from asip_asm.machine import BRANCHES, Machine, sources
 
 
@@ -71,7 +72,7 @@ def build_graph(
     `storage` maps symbols that share a register (last write of a state) to the symbol that stands
     for it. Read after write costs latency + 1 cycles, write after read none (operands are read at
     issue), write after write latency + 1. Loads and stores that may meet at an address keep their
-    order, a final branch stays last.
+    order, and so do the reads and seeks of one stream; a final branch stays last.
     """
     place: dict[object, Virtual] = {symbol: home for symbol, home in (storage or {}).items()}
     graph = Graph(
@@ -89,6 +90,7 @@ def build_graph(
     writer: dict[object, int] = {}
     readers: dict[object, list[int]] = {}
     accesses: list[int] = []
+    streams: dict[int, int] = {}
     key: object
     for j, op in enumerate(graph.operations):
         for source in sources(op):
@@ -109,6 +111,13 @@ def build_graph(
                 if may_conflict(graph.operations[i], op):
                     require(i, j, 1)
             accesses.append(j)
+        if (stream := stream_place(op)) is not None:
+            if stream in streams:
+                # A seek acts on the next bundle, so the read before it may be in its own.
+                before = streams[stream]
+                reads_first = graph.operations[before].stream is not None and op.stream is None
+                require(before, j, 0 if reads_first else 1)
+            streams[stream] = j
         if op.mnemonic in BRANCHES:
             for i in range(j):
                 require(i, j, 0)
@@ -117,6 +126,13 @@ def build_graph(
             graph.predecessors[j].append((i, distance))
             graph.successors[i].append((j, distance))
     return graph
+
+
+def stream_place(operation: Operation) -> int | None:
+    """Pipe whose stream the operation reads or moves; None without one."""
+    if operation.mnemonic == "seek":
+        return (operation.imm or 0) >> STREAM_BITS
+    return operation.stream
 
 
 def may_conflict(first: Operation, second: Operation) -> bool:

@@ -6,10 +6,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import partial
 
-from asip_asm.diagnostics import Line, Place, SourceError, closest
+from asip_asm.diagnostics import Line, Place, SourceError, closest, counted
 from asip_asm.expression import INT_RANGE, Evaluator, word_bits
-from asip_asm.ir import Register
-from asip_asm.isa import Isa
+from asip_asm.ir import Register, StreamBlock
+from asip_asm.isa import STREAM_BITS, Isa
 from asip_asm.lexer import Cursor, Token, tokenize
 from asip_asm.source import (
     NOUNS,
@@ -18,10 +18,13 @@ from asip_asm.source import (
     is_reserved,
     physical_register,
     span,
+    stream_words,
     where,
 )
 
 TYPES = ("float", "int")
+STREAM_PINS = "AB"
+"""Pipes that have a stream, in the order of their slots."""
 
 
 class Directives:
@@ -36,8 +39,10 @@ class Directives:
         self.used_defines: set[str] = set()
         self.titled = False
         self.data_names: list[str] = []
+        self.stream_pins: dict[str, str] = {}
         self.evaluator = Evaluator(self._constant, self._constant_names)
         self.addresses = Evaluator(self._address, self._address_names)
+        self.places = Evaluator(self._place, self._place_names)
         self.table: dict[str, Callable[[Cursor], None]] = {
             ".program": self._program,
             ".config": self._config,
@@ -49,6 +54,7 @@ class Directives:
             ".export": self._export,
             ".data": self._data,
             ".space": self._space,
+            ".stream": self._stream,
             ".reg": self._reg,
             ".watchdog": self._watchdog,
         }
@@ -60,6 +66,32 @@ class Directives:
         self.data_names = []
         value = self.addresses.expression(cursor)
         return value, self.data_names[0] if len(self.data_names) == 1 else ""
+
+    def stream_place(self, cursor: Cursor) -> tuple[str, int, str]:
+        """Pipe and address of the place in a stream at the cursor, and the block that it names, ''
+        where it names the pipe. Raises SourceError.
+        """
+        self.stream_pins = {}
+        token = cursor.token
+        value = self.places.expression(cursor)
+        place = span(token, cursor)
+        if len(self.stream_pins) != 1:
+            raise SourceError(
+                place,
+                "a place in a stream names one block of it",
+                "seek W, or seek W+3 for its fourth word, where .stream declares W",
+            )
+        ((name, pin),) = self.stream_pins.items()
+        block = next((b for b in self.source.streams if b.name == name), None)
+        first = block.address if block else 0
+        words = len(block.words) if block else stream_words(self.source.streams, pin)
+        if not value.is_integer() or not first <= value < first + words:
+            raise SourceError(
+                place,
+                f"'{name}' has {counted(words, 'word')}, there is no word {value - first:g}",
+                f"words are {name}+0 to {name}+{words - 1}" if words else "declare it with .stream",
+            )
+        return pin, int(value), name if block else ""
 
     # ------------------------------------------------------------------ names
 
@@ -79,6 +111,20 @@ class Directives:
             self.data_names.append(name)
             return declaration.value
         return self._constant(name)
+
+    def _place(self, name: str) -> float | None:
+        declaration = self.source.names.get(name)
+        if declaration is not None and declaration.kind == "stream":
+            self.stream_pins[name] = str(declaration.pin)
+            self.source.used.add(name)
+            return declaration.value
+        if name in tuple(STREAM_PINS) and declaration is None:
+            self.stream_pins[name] = name
+            return 0.0
+        return self._constant(name)
+
+    def _place_names(self) -> list[str]:
+        return [d.name for kind in ("constant", "stream") for d in self.source.of_kind(kind)]
 
     def _constant_names(self) -> list[str]:
         return [d.name for d in self.source.of_kind("constant")]
@@ -307,6 +353,46 @@ class Directives:
         if len(self.source.data) + len(words) > self.isa.data_words:
             raise SourceError(place, f"too many data words: data memory has {self.isa.data_words}")
         self.source.data += words
+
+    def _stream(self, cursor: Cursor) -> None:
+        streams = self.source.streams
+        name, comma, word = (cursor.tokens + cursor.tokens[-1:] * 2)[cursor.position :][:3]
+        if name.kind == "name" and (comma.text, word.text) == (",", "pin"):
+            cursor.take()
+            pin = self._pin(cursor)
+            assert pin is not None
+            if pin.text not in tuple(STREAM_PINS):
+                raise SourceError(
+                    pin.place,
+                    f"there is no stream of '{pin.text}'",
+                    "pin A or B, a multiply-add pipe",
+                )
+            cursor.expect("=", "and the words after the pipe")
+            if name.text in tuple(STREAM_PINS):
+                raise SourceError(
+                    name.place, f"a block of a stream cannot be named '{name.text}', as a pipe is"
+                )
+            address = stream_words(streams, pin.text)
+            declared = Declaration(
+                "stream", name.text, name.place, value=float(address), pin=pin.text
+            )
+            self._declare(declared)
+            streams.append(StreamBlock(name.text, pin.text, address))
+        elif not streams or (name.kind == "name" and comma.text == "="):
+            raise SourceError(
+                name.place,
+                "a stream needs a name and its pipe",
+                ".stream name, pin A = words; only a second .stream after it goes on without",
+            )
+        block = streams[-1]
+        while True:
+            value, place = self._value(cursor)
+            block.words.append(word_bits(value, "float", place))
+            if stream_words(streams, block.pin) > 1 << STREAM_BITS:
+                raise SourceError(place, f"too many words: a stream has at most {1 << STREAM_BITS}")
+            if cursor.token.kind == "end":
+                return
+            cursor.expect(",", "between words of a stream")
 
     def _reg(self, cursor: Cursor) -> None:
         for name in cursor.names("the name of a register", "between registers"):

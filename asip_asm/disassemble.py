@@ -4,10 +4,11 @@
 from __future__ import annotations
 
 from asip_asm.assembly_text import quoted
+from asip_asm.directives import STREAM_PINS
 from asip_asm.expression import literal_name
 from asip_asm.image import Image
 from asip_asm.ir import ZERO, Bundle, Operation, Output, Register, register_name
-from asip_asm.isa import Isa, default_isa
+from asip_asm.isa import STREAM_BITS, Isa, default_isa
 
 WORDS_PER_LINE = 8
 
@@ -52,6 +53,8 @@ def decode_operation(word: int, slot: int, configuration: str, isa: Isa) -> Oper
         register = decode_register(fields[name], isa)
         if register.bank == "B" and build.fma_pipes < 2:
             raise DecodeError(f"configuration '{configuration}' has no bank B")
+        if register.bank == "S" and not (build.streams(slot) and register.index == slot):
+            raise DecodeError(f"slot {slot} of '{configuration}' has no stream {register.index}")
         setattr(operation, name, ZERO if register == ZERO else register)
         used.add(name)
     if record.writes:
@@ -63,6 +66,8 @@ def decode_operation(word: int, slot: int, configuration: str, isa: Isa) -> Oper
         else:
             operation.dst = Register(build.result_bank(slot, unit), index)
         used.add("dst")
+    if "stream" in record.operands and not build.stream_words:
+        raise DecodeError(f"configuration '{configuration}' has no streams")
     if record.immediate_high is not None:
         high = fields[record.immediate_high]
         width = isa.fields["c"].width
@@ -99,6 +104,9 @@ def operation_text(operation: Operation, isa: Isa, labels: dict[int, str]) -> st
             text = f"o{dst.index}" if isinstance(dst, Output) else _physical(dst)
         elif operand == "target":
             text = labels[operation.imm or 0]
+        elif operand == "stream":
+            pipe, address = divmod(operation.imm or 0, 1 << STREAM_BITS)
+            text = f"{STREAM_PINS[pipe]}+{address}"
         elif operand == "address":
             text = str(operation.imm)
             if operation.b != ZERO:
@@ -159,7 +167,7 @@ def _declarations(image: Image) -> list[str]:
         for s in image.states
     ]
     rows += [f".export {e.name} = {e.register}" for e in image.exports]
-    return rows + _data(image)
+    return rows + _data(image) + _streams(image)
 
 
 def _data(image: Image) -> list[str]:
@@ -173,6 +181,16 @@ def _data(image: Image) -> list[str]:
             words = image.data[start : min(start + WORDS_PER_LINE, end)]
             head = f".data {name} : int = " if name and start == address else ".data : int = "
             rows.append(head + ", ".join(f"0x{word}" for word in words))
+    return rows
+
+
+def _streams(image: Image) -> list[str]:
+    rows = []
+    for entry in image.streams:
+        for start in range(0, len(entry.words), WORDS_PER_LINE):
+            words = entry.words[start : start + WORDS_PER_LINE]
+            head = f".stream {entry.name}, pin {entry.pin} =" if start == 0 else ".stream"
+            rows.append(f"{head} {', '.join(f'0f{word}' for word in words)}")
     return rows
 
 

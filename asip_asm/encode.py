@@ -11,6 +11,7 @@ from asip_asm.image import (
     OutputEntry,
     SourceEntry,
     StateEntry,
+    StreamEntry,
 )
 from asip_asm.ir import (
     Bundle,
@@ -123,6 +124,10 @@ def encode_program(program: Program, isa: Isa, cycles: int | None) -> Image:
         output_mask=sum(1 << output.index for output in program.outputs),
         cycles=cycles,
         parameters=list(program.parameters),
+        streams=[
+            StreamEntry(s.name, s.pin, s.address, [f"{word:08x}" for word in s.words])
+            for s in program.streams
+        ],
     )
 
 

@@ -20,7 +20,7 @@ from msgspec import Meta
 
 from asip_asm.expression import literal_name
 from asip_asm.files import read_bytes, write_text
-from asip_asm.isa import Isa, default_isa
+from asip_asm.isa import STREAM_BITS, Isa, default_isa
 
 FORMAT = "microtick-asip-image"
 VERSION = 2
@@ -101,6 +101,15 @@ class ExportEntry(Entry, frozen=True):
     register: RegisterName
 
 
+class StreamEntry(Entry, frozen=True):
+    """Block of the stream of a multiply-add pipe: first address, words in hexadecimal."""
+
+    name: Name
+    pin: Annotated[str, Meta(pattern=r"\A[AB]\Z")]
+    address: Annotated[int, Meta(ge=0, lt=1 << STREAM_BITS)]
+    words: Annotated[list[Word], Meta(min_length=1, max_length=1 << STREAM_BITS)]
+
+
 class FunctionEntry(Entry, frozen=True):
     """One of several functions: first bundle, watchdog, outputs it must write, cycles of a run."""
 
@@ -114,7 +123,8 @@ class FunctionEntry(Entry, frozen=True):
 class Image(msgspec.Struct, forbid_unknown_fields=True):
     """Program image. `bundles` are hexadecimal words, `sources` the operations of each bundle,
     `cycles` the estimated cycles of a run without branches (None with branches), `parameters` the
-    constants that a host may change between runs. `functions`: several programs in one image
+    constants that a host may change between runs, `streams` the blocks of each pipe's constant
+    memory. `functions`: several programs in one image
     (link.py), whose names are `function.name`; `entry`, `watchdog`, `output_mask` are the first's.
     """
 
@@ -139,6 +149,7 @@ class Image(msgspec.Struct, forbid_unknown_fields=True):
     cycles: Count | None = None
     parameters: list[Name] = []
     functions: list[FunctionEntry] = []
+    streams: list[StreamEntry] = []
 
     def function(self, name: str) -> Image:
         """The image with one of its functions, by that function's own names; it holds the others'
@@ -174,7 +185,7 @@ class Image(msgspec.Struct, forbid_unknown_fields=True):
         head = {"format": FORMAT, "version": VERSION, "checksum": "", "title": self.title}
         head |= {"configuration": self.configuration, "entry": self.entry}
         data: dict[str, Any] = head | msgspec.to_builtins(self)
-        for name in ("parameters", "functions"):
+        for name in ("parameters", "functions", "streams"):
             if not data[name]:
                 del data[name]
         data["checksum"] = checksum(data)
@@ -233,6 +244,11 @@ class Image(msgspec.Struct, forbid_unknown_fields=True):
             raise ImageError(f"{path}: not a JSON file: {error}") from None
         return cls.from_json(data, str(path), sealed=sealed)
 
+    def stream(self, pin: str) -> list[int]:
+        """Words of the stream of pipe 'A' or 'B', all its blocks together."""
+        blocks = [entry for entry in self.streams if entry.pin == pin]
+        return [int(word, 16) for entry in blocks for word in entry.words]
+
     def words(self) -> Iterator[tuple[int, int]]:
         """32-bit words of program memory: (4*bundle + lane, word), lane 0 lowest."""
         lanes = _ISA.lanes(self.configuration)
@@ -285,10 +301,18 @@ def _problems(image: Image, isa: Isa) -> Iterator[str]:
     for name, address in image.data_names.items():
         if address >= len(image.data):
             yield f"data name '{name}' is {address}, the image has {len(image.data)} data words"
+    for pin in "AB":
+        room, end = configuration.stream_words, 0
+        for block in (block for block in image.streams if block.pin == pin):
+            if block.address != end:
+                yield f"stream '{block.name}' is at {block.address}, the words before end at {end}"
+            end = block.address + len(block.words)
+        if end > room:
+            yield f"the stream of pipe {pin} has {end} words, '{configuration.name}' holds {room}"
     yield from _bank_k(image)
     yield from _twice("index of an output", (o.index for o in image.outputs))
     yield from _twice("register of a state", (s.register for s in image.states))
-    for what in ("inputs", "outputs", "states", "exports", "functions"):
+    for what in ("inputs", "outputs", "states", "exports", "functions", "streams"):
         yield from _twice(f"name in {what}", (entry.name for entry in getattr(image, what)))
     held: list[StateEntry | ExportEntry] = [*image.states, *image.exports]
     for entry in held:

@@ -18,7 +18,9 @@ from asip_asm.diagnostics import Diagnostic
 
 @dataclass(frozen=True)
 class Register:
-    """Physical register: bank 'zero', 'A', 'B', 'C' or 'K', and index."""
+    """Physical register: bank 'zero', 'A', 'B', 'C' or 'K', and index. Bank 'S' is no memory: index
+    0 or 1 is the next word of the stream of pipe A or B.
+    """
 
     bank: str
     index: int
@@ -54,6 +56,8 @@ ZERO = Register("zero", 0)
 
 def register_name(register: Register) -> str:
     """Name of a register in the assembly language."""
+    if register.bank == "S":
+        return f"{'AB'[register.index]}+"
     return "zero" if register.bank == "zero" else f"{register.bank.lower()}{register.index}"
 
 
@@ -72,9 +76,9 @@ class SourceLine:
 
 @dataclass(eq=False)
 class Operation:
-    """One operation. Unused sources are ZERO; `imm` is the data address of ld and st, `target` the
-    label of a branch. `symbols`: the values that stood in dst, a, b and c before the allocator
-    replaced them by registers.
+    """One operation. Unused sources are ZERO; `imm` is the data address of ld and st and the place
+    of a seek, `target` the label of a branch. `symbols`: the values that stood in dst, a, b and c
+    before the allocator replaced them by registers.
     """
 
     mnemonic: str
@@ -86,6 +90,12 @@ class Operation:
     target: str | None = None
     source: SourceLine | None = None
     symbols: dict[str, Virtual] = field(default_factory=dict)
+
+    @property
+    def stream(self) -> int | None:
+        """Pipe whose stream it reads; None without one."""
+        read = (self.a, self.b, self.c)
+        return next((r.index for r in read if isinstance(r, Register) and r.bank == "S"), None)
 
 
 @dataclass(eq=False)
@@ -165,6 +175,16 @@ class OutputWord:
 
 
 @dataclass(eq=False)
+class StreamBlock:
+    """Named words of a pipe's stream: 'A' or 'B', address of the first one, bits."""
+
+    name: str
+    pin: str
+    address: int
+    words: list[int] = field(default_factory=list)
+
+
+@dataclass(eq=False)
 class Export:
     """Register kept alive to the end of the run for the host to read."""
 
@@ -175,7 +195,7 @@ class Export:
 
 @dataclass(eq=False)
 class Program:
-    """A whole source file after parsing; `configuration` is 'fast' or 'small', `files` are those
+    """A whole source file after parsing; `configuration` is one of isa.toml's, `files` are those
     that were read, `parameters` the constants that a host may change between runs, `warnings` what
     the source may not mean.
     """
@@ -192,6 +212,7 @@ class Program:
     exports: list[Export] = field(default_factory=list)
     data: list[int] = field(default_factory=list)
     data_names: dict[str, int] = field(default_factory=dict)
+    streams: list[StreamBlock] = field(default_factory=list)
     watchdog: int = 10000
     files: list[Path] = field(default_factory=list)
     warnings: list[Diagnostic] = field(default_factory=list)

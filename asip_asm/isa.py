@@ -29,15 +29,17 @@ from asip_asm.semantics import SemanticsError, check
 ISA_FILE = Path(__file__).with_name("isa.toml")
 
 WORD_FIELDS = ("op", "dst", "a", "b", "c")
-OPERAND_KINDS = ("dst", "a", "b", "c", "address", "target")
+OPERAND_KINDS = ("dst", "a", "b", "c", "address", "target", "stream")
 FLAG_NAMES = ("NV", "DZ", "OF", "UF", "NX")
 TYPE_NAMES = ("int", "any")
 UNIT_BANKS = ("pipe", "C", "none")
 SLOT_KINDS = ("fma", "aux", "any")
-BANK_NAMES = ("zero", "A", "B", "C", "K")
+BANK_NAMES = ("zero", "A", "B", "C", "K", "S")
 LIMIT_NAMES = ("outputs", "program_bundles", "data_words")
 PIPELINE_NAMES = ("operand_read", "branch_decision", "refetch", "write_back")
 IMMEDIATE_WIDTH = 16
+STREAM_BITS = IMMEDIATE_WIDTH - 1
+"""Bits of a word's address in a stream; the highest bit of the immediate is the pipe."""
 
 
 class IsaError(ValueError):
@@ -177,7 +179,10 @@ def _read_configurations(
     for name, record in records.items():
         where = f"configuration.{name}"
         if not findings.keys(
-            where, record, {"slots", "fma_pipes", "doc"}, {"intervals", "latency_constants"}
+            where,
+            record,
+            {"slots", "fma_pipes", "doc"},
+            {"intervals", "latency_constants", "stream_words"},
         ):
             continue
         found = Configuration(name, **record | {"slots": tuple(record["slots"])})
@@ -186,6 +191,12 @@ def _read_configurations(
         pipes = sum(kind in ("fma", "any") for kind in found.slots)
         if pipes != found.fma_pipes:
             findings.add(where, f"fma_pipes is {found.fma_pipes}, its slots use {pipes}")
+        words = found.stream_words
+        if not isinstance(words, int) or words & (words - 1) or not 0 <= words <= 1 << STREAM_BITS:
+            findings.add(
+                where,
+                f"stream_words is {words!r}, must be 0 or a power of two to {1 << STREAM_BITS}",
+            )
         for unit, interval in found.intervals.items():
             findings.known(where, "unit of an interval", unit, units)
             if not isinstance(interval, int) or interval < 1:
@@ -318,6 +329,8 @@ def _check_sizes(isa: Isa, findings: _Findings) -> None:
     codes = {name: bank.code for name, bank in isa.banks.items()}
     if codes["K"] != 4 or isa.banks["K"].size != 2 << bits:
         findings.add("bank K", f"needs code 4 and {2 << bits} words: the RTL tells it by bit 2")
+    if codes["S"] != 6 or isa.banks["S"].size != 2:
+        findings.add("bank S", "needs code 6 and 2 registers, one for each multiply-add pipe")
     for name in ("zero", "A", "B", "C"):
         if codes[name] & 1 != (name in ("A", "C")):
             findings.add(

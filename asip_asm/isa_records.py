@@ -27,7 +27,8 @@ class Configuration:
     """Build of the core: kind of each slot ('fma', 'aux', 'any'), number of multiply-add pipes.
 
     `intervals` and `latency_constants` hold the cycles between operations and the constant of the
-    latency of the units that differ from their record.
+    latency of the units that differ from their record; `stream_words` are the words of the constant
+    memory of each multiply-add pipe, 0 without streams.
     """
 
     name: str
@@ -36,6 +37,19 @@ class Configuration:
     doc: str
     intervals: Mapping[str, int] = field(default_factory=dict)
     latency_constants: Mapping[str, str] = field(default_factory=dict)
+    stream_words: int = 0
+
+    @property
+    def parameters(self) -> dict[str, int]:
+        """Parameters of the RTL (`asip`) that build it; those that are 0 by default only where they
+        are not.
+        """
+        shape = {"FmaPipes": self.fma_pipes, "Slots": len(self.slots)}
+        return shape | ({"StreamWords": self.stream_words} if self.stream_words else {})
+
+    def streams(self, slot: int) -> bool:
+        """Whether operations in the slot can read the stream of that number."""
+        return self.stream_words > 0 and slot < self.fma_pipes
 
     def allows(self, slot: int, unit: UnitRecord) -> bool:
         """Whether the slot executes operations of the unit (`nop` is of no unit: always)."""
@@ -130,7 +144,7 @@ class OperationRecord:
     @property
     def immediate_high(self) -> str | None:
         """Field that holds imm[15:9] (imm[8:0] is field c); None without an immediate."""
-        if "address" not in self.operands and "target" not in self.operands:
+        if not {"address", "target", "stream"} & set(self.operands):
             return None
         return "a" if self.writes else "dst"
 
@@ -180,6 +194,11 @@ class Isa:
         """Units whose interval depends on the configuration, in their order."""
         named = {name for each in self.configurations.values() for name in each.intervals}
         return tuple(name for name in self.units if name in named)
+
+    @functools.cached_property
+    def without_streams(self) -> tuple[str, ...]:
+        """Configurations without streams; one with them is otherwise the same as one of these."""
+        return tuple(c.name for c in self.configurations.values() if not c.stream_words)
 
     @functools.cached_property
     def branches(self) -> frozenset[str]:

@@ -2,19 +2,22 @@
 """Several programs in one image, each a function with its own entry.
 
 The functions keep their schedules and so their cycles. Own to each: inputs, parameters, outputs,
-data words, and the registers of states and exports, which no other function writes. Shared:
-constants of equal bits, and the registers that hold values within a run; runs do not overlap.
+data words, streams, and the registers of states and exports, which no other function writes.
+Shared: constants of equal bits, and the registers that hold values within a run; runs do not
+overlap.
 Names in the image are `function.name`, `Image.function` is one function with its own names.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import msgspec
 
 from asip_asm.debug_map import DebugMap, Span, Write
+from asip_asm.directives import STREAM_PINS
 from asip_asm.disassemble import decode_bundle
 from asip_asm.encode import encode_bundle
 from asip_asm.expression import literal_name
@@ -28,7 +31,7 @@ from asip_asm.image import (
     StateEntry,
 )
 from asip_asm.ir import Bundle, Operation, Output, Register, register_name
-from asip_asm.isa import Isa, default_isa
+from asip_asm.isa import STREAM_BITS, Isa, default_isa
 from asip_asm.source import physical_register
 
 
@@ -44,6 +47,7 @@ class _Places:
     first_output: int = 0
     first_data: int = 0
     first_bundle: int = 0
+    first_stream: dict[str, int] = field(default_factory=dict)
 
     def moved(self, name: str) -> Register:
         """Where the register of this name goes."""
@@ -70,6 +74,15 @@ def link(title: str, programs: Mapping[str, Image]) -> Image:
         constants=constants,
         inputs=inputs,
         data=[word for image in images for word in image.data],
+        streams=[
+            msgspec.structs.replace(
+                entry,
+                name=f"{name}.{entry.name}",
+                address=entry.address + place.first_stream[entry.pin],
+            )
+            for (name, image), place in zip(programs.items(), places, strict=True)
+            for entry in image.streams
+        ],
         parameters=parameters,
     )
     digits = isa.bundle_width(result.configuration) // 4
@@ -172,6 +185,13 @@ def _add_up(places: list[_Places], programs: Mapping[str, Image], isa: Isa) -> N
         "data words": ([len(i.data) for i in programs.values()], isa.data_words),
         "bundles": ([len(i.bundles) for i in programs.values()], isa.program_bundles),
     }
+    configuration = next(iter(programs.values())).configuration
+    room_of_streams = isa.configurations[configuration].stream_words
+    for pin in STREAM_PINS:
+        counts = [len(i.stream(pin)) for i in programs.values()]
+        sizes[f"words in the stream of pipe {pin}"] = counts, room_of_streams
+        for place, end, count in zip(places, itertools.accumulate(counts), counts, strict=True):
+            place.first_stream[pin] = end - count
     for what, (counts, room) in sizes.items():
         if sum(counts) > room:
             parts = ", ".join(f"{n} {k}" for n, k in zip(programs, counts, strict=True))
@@ -287,6 +307,9 @@ def _moved(bundle: Bundle, place: _Places, isa: Isa) -> tuple[Bundle, dict[str, 
         if "target" in record.operands:
             new.target = f"L{old.imm}"
             labels[new.target] = (old.imm or 0) + place.first_bundle
+        elif "stream" in record.operands:
+            pipe = (old.imm or 0) >> STREAM_BITS
+            new.imm = (old.imm or 0) + place.first_stream[STREAM_PINS[pipe]]
         elif record.immediate_high is not None:
             new.imm = (old.imm or 0) + place.first_data
         slots.append(new)

@@ -19,6 +19,7 @@ WARNINGS = {
     "unused-input": "an input that nothing reads",
     "unused-constant": "a constant or parameter of the main file that nothing reads",
     "unused-state": "a state that nothing reads, writes or exports",
+    "unused-stream": "a block of a stream that nothing reads or seeks",
     "unused-result": "a result that nothing reads",
     "data-bounds": "an address outside of the block of data memory that it names",
     "type": "a float read as an integer, or the reverse",
@@ -59,7 +60,7 @@ def _unused_declarations(source: Source, steps: Sequence[Step], reporter: Report
         if name in used or (kind == "state" and name in written):
             continue
         in_main = place.line.file == source.main_file and not place.line.expansions
-        if kind in ("input", "state"):
+        if kind in ("input", "state", "stream"):
             reporter.warn(f"unused-{kind}", place, f"{kind} '{name}' is never read")
         elif kind == "constant" and in_main and declaration.pin is None:
             reporter.warn("unused-constant", place, f"constant '{name}' is never read")

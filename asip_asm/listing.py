@@ -60,6 +60,10 @@ def symbols(image: Image) -> str:
     rows += [("output", f"o{o.index}", o.name, f"safe {o.safe}") for o in image.outputs]
     rows += [("state", s.register, s.name, f"{s.type} {s.bits}") for s in image.states]
     rows += [("export", e.register, e.name, "") for e in image.exports]
+    rows += [
+        ("stream", f"{s.pin}{s.address:04x}", s.name, counted(len(s.words), "word"))
+        for s in image.streams
+    ]
     rows += [("data", f"{address:04x}", name, "") for name, address in image.data_names.items()]
     rows += [("label", f"{address:04x}", name, "") for name, address in image.labels.items()]
     return "".join(

@@ -10,8 +10,8 @@ bundles in order and interlocks; a bundle waits until, in its issue cycle t,
 - the unit is free: a unit of interval i takes its next operation i cycles later ("unit");
 - bank C's write port, which auxiliary results and outputs share, is free at t + L ("port").
 
-All operations of a bundle read at issue, before any of them writes. Bank K and `zero` are always
-ready.
+All operations of a bundle read at issue, before any of them writes. Bank K, `zero` and the words of
+streams are always ready; a seek acts on the next bundle.
 """
 
 from __future__ import annotations
@@ -107,6 +107,11 @@ class Machine:
         """Slots that can execute the operation; stores and branches stand in an auxiliary slot."""
         unit = self.unit(operation)
         return tuple(slot for slot in range(len(self.slots)) if self.build.allows(slot, unit))
+
+    def places_of(self, operation: Operation) -> tuple[int, ...]:
+        """Those of `slots_of` that read the operation's stream: one, where it reads one."""
+        slots, stream = self.slots_of(operation), operation.stream
+        return slots if stream is None else tuple(slot for slot in slots if slot == stream)
 
     def bank(self, operation: Operation, slot: int) -> str | None:
         """Bank that the operation's result goes to when it stands in `slot`; None without a
@@ -211,7 +216,7 @@ def sources(operation: Operation) -> list[Register | Virtual]:
     return [
         source
         for source in (operation.a, operation.b, operation.c)
-        if not (isinstance(source, Register) and source.bank in ("zero", "K"))
+        if not (isinstance(source, Register) and source.bank in ("zero", "K", "S"))
     ]
 
 
@@ -226,7 +231,7 @@ def fp_latencies(path: Path = FP_PKG_FILE) -> dict[str, int]:
 
 
 def load_machine(configuration: str, fp_pkg_file: Path = FP_PKG_FILE) -> Machine:
-    """Machine of configuration 'fast' or 'small'.
+    """Machine of a configuration.
 
     Raises MachineError naming the file and the constant or configuration that is missing.
     """

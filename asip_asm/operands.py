@@ -7,7 +7,8 @@ import itertools
 from dataclasses import dataclass, field
 
 from asip_asm.blocks import Step
-from asip_asm.diagnostics import Place, Reporter, SourceError, closest
+from asip_asm.diagnostics import Place, Reporter, SourceError, closest, counted
+from asip_asm.directives import STREAM_PINS
 from asip_asm.expression import literal_name, word_bits
 from asip_asm.ir import (
     ZERO,
@@ -31,6 +32,7 @@ from asip_asm.source import (
     Source,
     output_index,
     physical_register,
+    stream_words,
 )
 
 
@@ -65,6 +67,8 @@ class Operands:
         program.watchdog = source.watchdog
         program.data = list(source.data)
         program.data_names = {d.name: int(d.value or 0) for d in source.of_kind("data")}
+        program.streams = list(source.streams)
+        self._check_streams()
         for declaration in source.of_kind("input"):
             program.inputs.append(Word(declaration.name, len(program.inputs), declaration.type))
         for declaration in source.of_kind("output"):
@@ -91,6 +95,26 @@ class Operands:
                 self._declare_state(declaration, owners)
             except SourceError as error:
                 self.reporter.take(error.diagnostic)
+
+    def _check_streams(self) -> None:
+        """Whether the configuration has the streams, and room for their words."""
+        room = self.configuration.stream_words
+        for declaration in self.source.of_kind("stream"):
+            words = stream_words(self.source.streams, str(declaration.pin))
+            if not room or words > room:
+                self.reporter.add(
+                    declaration.place,
+                    f"the stream of pipe {declaration.pin} has {counted(words, 'word')}, "
+                    f"configuration '{self.configuration.name}' holds {room}",
+                    "put blocks into the other stream, or constants into data memory"
+                    if room
+                    else self._core_with_streams(),
+                )
+                return
+
+    def _core_with_streams(self) -> str:
+        names = [c.name for c in self.isa.configurations.values() if c.stream_words]
+        return f"streams are in .config {' or '.join(names)}"
 
     def _declare_state(self, declaration: Declaration, owners: dict[Register, str]) -> None:
         pin = declaration.pin
@@ -145,6 +169,9 @@ class Operands:
                     self._destination(step, operand)
                 elif kind == "target":
                     self._target(operation, operand)
+                elif kind == "stream":
+                    self._check_core(operand)
+                    operation.imm = int(operand.value)
                 elif kind == "address":
                     operation.imm = int(operand.value)
                     if operand.index is not None:
@@ -229,6 +256,9 @@ class Operands:
         name = operand.text
         register = physical_register(name)
         declaration = self.source.names.get(name)
+        if operand.kind == "stream":
+            self._stream_word(step, kind, operand)
+            return
         if declaration is not None and declaration.kind in ("input", "constant", "state"):
             self.source.used.add(name)
             self._check_type(declaration, wanted, operand.place, record.name, True)
@@ -248,6 +278,12 @@ class Operands:
                 f"the output '{name}' cannot be read",
                 "write a register, read that, and mov it to the output",
             )
+        if declaration is not None and declaration.kind == "stream":
+            raise SourceError(
+                operand.place,
+                f"'{name}' is a block of a stream, not a register",
+                f"take its next word: {name}+",
+            )
         if declaration is not None and declaration.kind == "data":
             raise SourceError(
                 operand.place,
@@ -255,6 +291,58 @@ class Operands:
                 f"load it: ld register, {name}",
             )
         step.reads[kind] = name
+
+    def _check_core(self, operand: Operand) -> None:
+        """Raises SourceError unless the configuration has streams."""
+        if not self.configuration.stream_words:
+            raise SourceError(
+                operand.place,
+                f"configuration '{self.configuration.name}' has no streams",
+                self._core_with_streams(),
+            )
+
+    def _stream_word(self, step: Step, kind: str, operand: Operand) -> None:
+        """The operand is the next word of a stream, by the name of a block or of the pipe."""
+        name, record = operand.text, step.raw.record
+        declaration = self.source.names.get(name)
+        pin = name if name in tuple(STREAM_PINS) and declaration is None else None
+        if pin is not None:
+            self.source.used.update(b.name for b in self.source.streams if b.pin == pin)
+        if declaration is not None and declaration.kind == "stream":
+            pin = str(declaration.pin)
+            self.source.used.add(name)
+        if pin is None:
+            if name in self.source.doubtful:
+                return
+            raise SourceError(
+                operand.place,
+                f"'{name}+' takes the next word of a stream, and '{name}' is none",
+                closest(name, [d.name for d in self.source.of_kind("stream")])
+                or "declare it above: .stream name, pin A = words; a sum is written in parentheses",
+            )
+        self._check_core(operand)
+        if self.isa.units[record.unit].bank != "pipe":
+            raise SourceError(
+                operand.place,
+                f"{record.name} cannot read a stream",
+                "multiply-adds can: write a register with fadd register, "
+                f"zero, {name}+ and read that",
+            )
+        if step.operation.stream is not None:
+            raise SourceError(
+                operand.place,
+                "an operation takes one word of its stream",
+                "write the other word to a register before",
+            )
+        setattr(step.operation, kind, Register("S", STREAM_PINS.index(pin)))
+        dst = step.operation.dst
+        if isinstance(dst, Register) and dst.bank != pin:
+            raise SourceError(
+                operand.place,
+                f"'{name}' is a stream of pipe {pin}, whose results go to bank {pin}, and "
+                f"{register_name(dst)} is of another",
+                f"write a register of bank {pin}, or declare the words with pin {dst.bank}",
+            )
 
     def _check_type(
         self, declaration: Declaration, wanted: str, place: Place, mnemonic: str, reads: bool

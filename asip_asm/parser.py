@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from asip_asm.diagnostics import Line, Place, Reporter, SourceError, closest, counted, shortened
-from asip_asm.directives import Directives
+from asip_asm.directives import STREAM_PINS, Directives
 from asip_asm.ir import SourceLine
-from asip_asm.isa import IMMEDIATE_WIDTH, Isa, OperationRecord
+from asip_asm.isa import IMMEDIATE_WIDTH, STREAM_BITS, Isa, OperationRecord
 from asip_asm.lexer import Cursor, Token, equation
 from asip_asm.limits import BUNDLE_LINES
 from asip_asm.reader import READER_DIRECTIVES, Reader, display_path
@@ -22,6 +22,9 @@ from asip_asm.source import (
     span,
     where,
 )
+
+_BEHIND = (",", "|", "}")
+"""Symbols that may follow an operand."""
 
 OTHER_NAMES = {
     **dict.fromkeys(("load", "ldr", "lw"), "ld"),
@@ -242,11 +245,18 @@ class Parser:
         token = cursor.token
         if kind == "address":
             return self._address_operand(cursor)
+        if kind == "stream":
+            pin, address, block = self.directives.stream_place(cursor)
+            value = float(STREAM_PINS.index(pin) << STREAM_BITS | address)
+            return Operand("place", span(token, cursor), block, value)
         if kind in ("target", "dst"):
             what = "a label" if kind == "target" else f"the destination of {record.name}"
             return Operand("name", token.place, cursor.expect_kind("name", what).text)
         if token.kind == "name":
             cursor.take()
+            if cursor.at("+") and (cursor.peek().kind == "end" or cursor.peek().text in _BEHIND):
+                cursor.take()
+                return Operand("stream", span(token, cursor), token.text)
             if cursor.at("("):
                 raise SourceError(
                     token.place,

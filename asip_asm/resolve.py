@@ -16,6 +16,7 @@ from asip_asm.lint import lint
 from asip_asm.operands import Operands
 from asip_asm.rename import rename
 from asip_asm.source import Source
+from asip_asm.stream_checks import check_streams
 
 DEFAULT_CONFIGURATION = "fast"
 
@@ -35,6 +36,7 @@ def resolve(
     blocks = build_blocks(source, operands.step, reporter)
     if blocks:
         check_flow(source, program, blocks, operands, reporter)
+        check_streams(source, blocks, reporter)
         rename(program, blocks, operands, reporter)
     program.parameters = [
         constant.name

@@ -116,7 +116,7 @@ def decide_banks(program: Program, machine: Machine) -> dict[Virtual, str]:
     for op, slot in operations_of(program.regions):
         if not isinstance(op.dst, Virtual):
             continue
-        slots = machine.slots_of(op) if slot is None else (slot,)
+        slots = machine.places_of(op) if slot is None else (slot,)
         choices[op.dst].append((op, {machine.bank(op, s) or "" for s in slots}))
     pins = {state.last: state.pin for state in program.states if state.last and state.pin}
     fixed: dict[Virtual, str] = {}
@@ -168,7 +168,7 @@ class _Placement:
         bank = destination.bank if isinstance(destination, Register) else None
         if isinstance(destination, Virtual):
             bank = self.fixed.get(destination)
-        slots = machine.slots_of(operation)
+        slots = machine.places_of(operation)
         if bank is not None:
             slots = tuple(slot for slot in slots if machine.bank(operation, slot) == bank)
         if not slots or (isinstance(destination, Output) and machine.unit(operation).bank != "C"):

@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from asip_asm.diagnostics import Place
-from asip_asm.ir import Register, SourceLine
+from asip_asm.ir import Register, SourceLine, StreamBlock
 from asip_asm.isa import OperationRecord
 from asip_asm.lexer import Cursor, Token
 
@@ -20,6 +20,7 @@ NOUNS = {
     "output": "an output",
     "data": "data memory",
     "register": "a symbolic register",
+    "stream": "a block of a stream",
 }
 
 _PHYSICAL = re.compile(r"([abck])([0-9]+)")
@@ -28,8 +29,9 @@ _OUTPUT = re.compile(r"o([0-9]+)")
 
 @dataclass(eq=False)
 class Declaration:
-    """A declared name. `value` is a constant's value in double precision or a data address; `bits`
-    a constant's, state's or safe value's bits; `pin` the bank or register it is pinned to.
+    """A declared name. `value` is a constant's value in double precision or an address in data
+    memory or a stream; `bits` a constant's, state's or safe value's bits; `pin` the bank or
+    register it is pinned to, of a stream the pipe.
     `folded`: an expression took the value, so that a word of bank K is not all there is of it.
     """
 
@@ -46,8 +48,9 @@ class Declaration:
 
 @dataclass(frozen=True)
 class Operand:
-    """Operand as written: kind 'name', 'value' or 'address' (value + index register name, text is
-    the block of data memory that it names).
+    """Operand as written: kind 'name', 'value', 'stream' (its next word), 'place' (where a seek
+    goes: the immediate) or 'address' (value + index register name). Text is the name, or the block
+    of data memory or of a stream that an expression names.
     """
 
     kind: str
@@ -101,6 +104,7 @@ class Source:
     placed: list[Declaration] = field(default_factory=list)
     exports: list[tuple[str, Place, str | None]] = field(default_factory=list)
     data: list[int] = field(default_factory=list)
+    streams: list[StreamBlock] = field(default_factory=list)
     statements: list[Statement] = field(default_factory=list)
     doubtful: set[str] = field(default_factory=set)
     used: set[str] = field(default_factory=set)
@@ -112,6 +116,11 @@ class Source:
     def of_kind(self, kind: str) -> list[Declaration]:
         """Declarations of a kind in order."""
         return [d for d in self.names.values() if d.kind == kind]
+
+
+def stream_words(blocks: Iterable[StreamBlock], pin: str) -> int:
+    """Words of a pipe's stream, all its blocks together."""
+    return sum(len(block.words) for block in blocks if block.pin == pin)
 
 
 def physical_register(name: str) -> Register | None:

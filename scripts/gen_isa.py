@@ -103,11 +103,14 @@ def decoded_operation(isa: Isa) -> list[str]:
             sv_member(name, width, notes.get(name, "")) for name, width in unit.control.items()
         ]
     lines += [sv_member(*member) for member in rest]
+    seek = [f"{width}'d{int(name == 'seek')}" for name, width in control]
     widths = sum(width for _, width in control), sum(width for _, width, _ in rest)
     lines += [
         "  } decoded_t;",
         sv_int("CONTROL_WIDTH", widths[0], "of the control fields, the most significant ones"),
         sv_int("DECODED_WIDTH", sum(widths), "of decoded_t: Yosys knows no $bits"),
+        "  // The field `seek` among the control fields, which only a core with streams has.",
+        f"  localparam logic [CONTROL_WIDTH-1:0] CONTROL_SEEK = {{{', '.join(merged(seek))}}};",
         "",
         "  // Control fields of an opcode; all are 0 for a nop and an opcode that does not exist.",
         "  // A case of constants would be a ROM to Yosys, which moves the register of its address",

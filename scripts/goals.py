@@ -73,6 +73,10 @@ AREAS: dict[str, Area] = {
             "programs": "sim.bench.motion.goals_linuxcnc:programs",
         },
     ),
+    "matrix": Area(
+        "Programs whose constants come from streams: cycles, bits, error.",
+        {"matrix product": "sim.bench.matrix_goals:rows"},
+    ),
     "motion": Area(
         "Motion front-end: planner, look-ahead, pulses, interpolators.",
         command="sim.bench.motion.show:main",

@@ -80,7 +80,11 @@ ASIP, N2_SYSTEM = "rtl/asip/asip.f", "rtl/nios/n2_system.f"
 DRIVE = "rtl/drive/drive.f"
 BRIDGE = "rtl/bus/axil_bridge.sv"
 TOPS = (
-    Top("asip", (ASIP,), ("", "FmaPipes=1 Slots=1", "Resilience=1", "Resilience=1 Plausible=0")),
+    Top(
+        "asip",
+        (ASIP,),
+        ("", "FmaPipes=1 Slots=1", "StreamWords=8192", "Resilience=1", "Resilience=1 Plausible=0"),
+    ),
     Top("asip_de3", (ASIP, "rtl/board/board_pll.sv", "rtl/board/asip_de3.sv")),
     Top("asip_ecp5", needed("asip_ecp5"), ("", "FmaPipes=2 Slots=3 Axes=1")),
     *(Top(top, needed(top)) for top in ECP5_BOARDS),

@@ -230,7 +230,7 @@ def plot(points: list[Point], path: Path) -> None:
     """Cycles over the number of axes."""
     matplotlib.rcParams["svg.hashsalt"] = "microtick"  # the same file from the same data
     figure, plane = plt.subplots(figsize=(6.5, 4.2), layout="constrained")
-    for configuration in default_isa().configurations:
+    for configuration in default_isa().without_streams:
         for order, marker in zip(ORDERS, "os", strict=True):
             line = [p for p in points if (p.order, p.configuration) == (order, configuration)]
             axes = [len(point.axes) for point in line]
@@ -283,7 +283,7 @@ def main(argv: list[str] | None = None) -> int:
     options = parser.parse_args(argv)
     points = [
         Point(order, configuration, axes[:count], measure(reduced(axes[:count], configuration))[0])
-        for configuration in default_isa().configurations
+        for configuration in default_isa().without_streams
         for order, axes in ORDERS.items()
         for count in range(1, len(axes) + 1)
     ]

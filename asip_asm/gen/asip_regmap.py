@@ -15,6 +15,7 @@ REGMAP = RegisterMap(
         Block("plausible_slew", 336, 8, "w"),
         Block("plausible_on", 344, 8, "w", fields=bit_fields(judged=0)),
         Block("registers", 512, 256, "rw"),
+        Block("streams", 1024, 1024, "w"),
         Block("data", 4096, 4096, "rw"),
         Block("program", 8192, 8192, "w"),
     ),
@@ -52,6 +53,9 @@ REGMAP = RegisterMap(
         RegisterRecord("STALL_UNIT", 12, "r"),
         RegisterRecord("STALL_FETCH", 13, "r"),
         RegisterRecord("DRAIN", 14, "r"),
+        RegisterRecord(
+            "STREAM", 15, "rw", reset=0, fields=bit_fields(page=(0, 8), words_log2=(8, 5))
+        ),
     ),
     faults=by_name(
         Code("NONE", 0, "no fault"),

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip: the floating-point ASIP with its Avalon-MM host port. Top level.
 // Contract: one clock, asynchronous active-low reset. FmaPipes = 2, Slots = 3 is configuration `fast`,
-// FmaPipes = 1, Slots = 1 is `small`. Pipeline: F1 F2 fetch, P Q hazards, D issue, R1 R2 register
+// FmaPipes = 1, Slots = 1 is `small`. StreamWords other than 0 makes a constant memory of that size for each
+// multiply-add pipe of `fast`, whose words are operands (configuration `stream`). Pipeline: F1 F2 fetch, P Q hazards, D issue, R1 R2 register
 // read, E1.. units, W write-back; see docs/architecture.md. The trace ports report every bundle issued and
 // every register or output written; leave them open in hardware.
 module asip #(
@@ -11,7 +12,8 @@ module asip #(
     parameter int unsigned DataWords = asip_isa_pkg::DATA_WORDS,
     parameter int unsigned Debug     = 0,  // 1: the hooks of a debug block (rtl/debug) are there
     parameter int unsigned Resilience = 0,  // 1: survives a flipped bit (docs/upsets.md); `fast` only
-    parameter int unsigned Plausible  = 1   // 1: with Resilience, a plausibility record of outputs
+    parameter int unsigned Plausible  = 1,   // 1: with Resilience, a plausibility record of outputs
+    parameter int unsigned StreamWords = 0   // of the stream of each multiply-add pipe; 0: none
 ) (
     input  logic                                      clk_i,
     input  logic                                      rst_ni,
@@ -89,6 +91,10 @@ module asip #(
   logic [2:0] count_select;
   logic host_constant, host_safe, host_register, host_data, host_program;
   logic host_select, host_hold, host_bank_k;
+  // ---- streams
+  logic host_stream;
+  logic [15:0] stream_address;
+  logic [1:0][31:0] stream_r1;
   logic [31:0] host_output, host_memory, host_word;
 
   // ================================================================ F and D
@@ -98,7 +104,8 @@ module asip #(
       asip_pkg::decoded_t op;
       asip_decode #(
           .CanFma(s < FmaPipes),
-          .CanAux(s == Slots - 1)
+          .CanAux(s == Slots - 1),
+          .CanSeek(StreamWords != 0)
       ) u_decode (
           .word_i(bundle_f2[WordWidth*s+:WordWidth]),
           .op_o  (op)
@@ -106,7 +113,9 @@ module asip #(
       assign ops_f2[OpWidth*s+:OpWidth] = op;
 
       asip_check #(
-          .FmaPipes(FmaPipes)
+          .FmaPipes(FmaPipes),
+          .Slot    (s),
+          .Streams (StreamWords != 0)
       ) u_check (
           .op_i     (ops_p[OpWidth*s+:OpWidth]),
           .illegal_o(illegal_op_p[s])
@@ -219,10 +228,47 @@ module asip #(
     pc_e2_q  <= pc_e1_q;
   end
 
+  // Streams step in the cycle in which a bundle issues; nothing in the pipeline waits for them.
+  genvar p;
+  generate
+    if (StreamWords != 0) begin : gen_streams
+      for (p = 0; p < FmaPipes; p++) begin : gen_stream
+        logic [2:0] reads_d;
+
+        // Sources a, b, c of the slot are ports 3p to 3p+2 of the operand stage.
+        assign reads_d = {
+          source_d[3*p+2][8:6] == asip_isa_pkg::BANK_S,
+          source_d[3*p+1][8:6] == asip_isa_pkg::BANK_S,
+          source_d[3*p][8:6] == asip_isa_pkg::BANK_S
+        };
+
+        asip_stream #(
+            .Words(StreamWords)
+        ) u_stream (
+            .clk_i,
+            .rst_ni,
+            .clear_i        (run_start),
+            .take_i         (issue && (|reads_d)),
+            .seek_i         (issue && aux_d.seek && aux_d.imm[15] == 1'(p)),
+            .seek_address_i (aux_d.imm[14:0]),
+            .word_r1_o      (stream_r1[p]),
+            .write_i        (host_stream && stream_address[15] == 1'(p)),
+            .write_address_i(stream_address[14:0]),
+            .write_data_i   (writedata_i)
+        );
+      end
+    end else begin : gen_no_streams
+      logic unused_streams;
+      assign stream_r1      = '0;
+      assign unused_streams = ^{host_stream, stream_address};
+    end
+  endgenerate
+
   asip_operands #(
       .FmaPipes  (FmaPipes),
       .Ports     (Ports),
-      .Resilience(Resilience)
+      .Resilience(Resilience),
+      .StreamWords(StreamWords)
   ) u_operands (
       .clk_i,
       .source_d_i           (source_d),
@@ -238,6 +284,7 @@ module asip #(
       .host_write_constant_i(host_constant),
       .host_register_i      ({host_bank_k, address_i[$clog2(asip_regmap_pkg::WORDS_REGISTERS)-1:0]}),
       .host_data_i          (writedata_i),
+      .stream_r1_i          (stream_r1),
       .guard_i              (guard),
       .bad_constant_e1_o    (bad_constant_e1),
       .operand_e1_o         (operand_e1)
@@ -415,7 +462,8 @@ module asip #(
       .DataWords(DataWords),
       .Debug    (Debug),
       .Resilience(Resilience),
-      .Plausible (Plausible)
+      .Plausible (Plausible),
+      .StreamWords(StreamWords)
   ) u_host (
       .clk_i,
       .rst_ni,
@@ -453,6 +501,8 @@ module asip #(
       .write_data_o    (host_data),
       .write_program_o (host_program),
       .write_record_o  (host_record),
+      .write_stream_o  (host_stream),
+      .stream_address_o(stream_address),
       .select_o        (host_select),
       .read_output_i   (host_output),
       .read_register_i (operand_e1[Ports-3]),
@@ -466,6 +516,14 @@ module asip #(
     end
     if (Resilience != 0 && (Slots == 1 || Debug != 0)) begin : gen_check_resilience
       $error("asip: Resilience=1 is for configuration fast without a debug block");
+    end
+    if (StreamWords != 0 && (2 ** $clog2(
+            StreamWords
+        ) != StreamWords || StreamWords > 2 ** 15 || StreamWords < 2)) begin : gen_check_streams
+      $error("asip: StreamWords=%0d, must be 0 or a power of two from 2 to 32768", StreamWords);
+    end
+    if (StreamWords != 0 && (Slots == 1 || Resilience != 0)) begin : gen_check_stream_shape
+      $error("asip: StreamWords=%0d is for configuration fast without Resilience", StreamWords);
     end
     // verilog_format: off - it breaks calls inside their parentheses
   if (2 ** $clog2(Bundles) != Bundles || Bundles > asip_isa_pkg::PROGRAM_BUNDLES ||

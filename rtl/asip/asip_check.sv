@@ -2,8 +2,11 @@
 // asip_check: whether a decoded operation may issue. Combinational.
 // Contract: illegal_o is set for what the decoder found illegal, a bank or index that does not exist, and
 // an output as the destination of a multiply-add; the issue logic never starts an illegal operation.
+// The register of a stream is there in the slot of its pipe alone.
 module asip_check #(
-    parameter int unsigned FmaPipes = 2
+    parameter int unsigned FmaPipes = 2,
+    parameter int unsigned Slot     = 0,
+    parameter bit          Streams  = 1'b0
 ) (
     input  asip_pkg::decoded_t op_i,
     output logic               illegal_o
@@ -15,6 +18,7 @@ module asip_check #(
       asip_isa_pkg::BANK_A, asip_isa_pkg::BANK_C: bad_source = 1'b0;
       asip_isa_pkg::BANK_B: bad_source = (FmaPipes < 2);
       asip_isa_pkg::BANK_K, asip_isa_pkg::BANK_K | 3'd1: bad_source = 1'b0;
+      asip_isa_pkg::BANK_S: bad_source = !Streams || Slot >= FmaPipes || 32'(source[5:0]) != Slot;
       default: bad_source = 1'b1;
     endcase
   endfunction

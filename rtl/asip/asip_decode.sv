@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_decode: decode one operation word. Combinational.
-// Contract: illegal is set for an unknown opcode and for a unit that this slot does not have; asip_check
+// Contract: illegal is set for an unknown opcode and for a unit that this slot does not have; a seek is
+// unknown without streams. asip_check
 // looks at the registers. A source field that an operation does not use is `zero` in every program of
 // the assembler; another register there is waited for, and one that does not exist is illegal too.
 module asip_decode #(
     parameter bit CanFma = 1'b1,
-    parameter bit CanAux = 1'b1
+    parameter bit CanAux = 1'b1,
+    parameter bit CanSeek = 1'b0
 ) (
     input  logic [asip_isa_pkg::OP_WIDTH-1:0] word_i,
     output asip_pkg::decoded_t                op_o
@@ -15,11 +17,12 @@ module asip_decode #(
   logic [6:0] dst;
   logic [8:0] a, b, c;
   logic is_fma, is_aux, immediate, known;
-  logic [asip_pkg::CONTROL_WIDTH-1:0] control;
+  logic [asip_pkg::CONTROL_WIDTH-1:0] control, offered;
   asip_pkg::decoded_t op;
 
   // The control fields of each opcode are those of its record in asip_asm/isa.toml.
   assign control = asip_pkg::control_of(opcode);
+  assign offered = CanSeek ? control : control & ~asip_pkg::CONTROL_SEEK;
   assign opcode = word_i[asip_isa_pkg::FIELD_OP_MSB:asip_isa_pkg::FIELD_OP_LSB];
   assign dst    = word_i[asip_isa_pkg::FIELD_DST_MSB:asip_isa_pkg::FIELD_DST_LSB];
   assign a      = word_i[asip_isa_pkg::FIELD_A_MSB:asip_isa_pkg::FIELD_A_LSB];
@@ -27,8 +30,8 @@ module asip_decode #(
   assign c      = word_i[asip_isa_pkg::FIELD_C_MSB:asip_isa_pkg::FIELD_C_LSB];
 
   always_comb begin
-    op        = {control, {(asip_pkg::DECODED_WIDTH - asip_pkg::CONTROL_WIDTH) {1'b0}}};
-    known     = (|control) || opcode == asip_isa_pkg::OP_NOP;
+    op        = {offered, {(asip_pkg::DECODED_WIDTH - asip_pkg::CONTROL_WIDTH) {1'b0}}};
+    known     = (|offered) || opcode == asip_isa_pkg::OP_NOP;
     op.dst    = dst[5:0];
     op.a      = a;
     op.b      = b;
@@ -36,8 +39,8 @@ module asip_decode #(
     op.imm    = {dst, c};
 
     is_fma    = op.fma;
-    is_aux    = (|control) && !op.fma;
-    immediate = op.load || op.store || op.jump || op.branch_zero || op.branch_nonzero;
+    is_aux    = (|offered) && !op.fma;
+    immediate = op.load || op.store || op.jump || op.branch_zero || op.branch_nonzero || op.seek;
     op.writes = is_fma || (is_aux && !(immediate && !op.load));
     op.to_output = op.writes && dst[6];
     if (op.load) begin

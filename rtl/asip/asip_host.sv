@@ -10,7 +10,8 @@ module asip_host #(
     parameter int unsigned DataWords = 1024,
     parameter int unsigned Debug     = 0,     // 1: bank K can be read
     parameter int unsigned Resilience = 0,    // 1: parity of the registers that configure a run
-    parameter int unsigned Plausible  = 1     // 1: with Resilience, there is a plausibility record
+    parameter int unsigned Plausible  = 1,    // 1: with Resilience, there is a plausibility record
+    parameter int unsigned StreamWords = 0    // of each stream; 0: there is none
 ) (
     input  logic                                      clk_i,
     input  logic                                      rst_ni,
@@ -51,6 +52,8 @@ module asip_host #(
     output logic                                      write_data_o,
     output logic                                      write_program_o,
     output logic                                      write_record_o,  // of plausibility
+    output logic                                      write_stream_o,
+    output logic [15:0]                               stream_address_o,  // {pipe, word}
     output logic                                      select_o,
     input  logic [31:0]                               read_output_i,
     input  logic [31:0]                               read_register_i,
@@ -67,7 +70,8 @@ module asip_host #(
   endfunction
 
   logic in_csr, in_constants, in_outputs, in_safe, in_registers, in_data, in_program;
-  logic in_record;
+  logic in_record, in_streams;
+  logic [7:0] stream_page;
   logic in_banks;
   logic held, memory_write, bank_write, csr_write, configures;
   logic [CsrBits-1:0] csr;
@@ -80,7 +84,7 @@ module asip_host #(
   logic [Groups:0][31:0] groups;  // ORed from the first on
   logic [31:0] count_q, readdata_q, watchdog_q, output_mask_q;
   logic [15:0] entry_q;
-  logic [31:0] config_word, status_word, info_word, irq_word, entry_word;
+  logic [31:0] config_word, status_word, info_word, irq_word, entry_word, stream_word;
   logic irq_done_q, irq_fault_q;
 
   assign in_csr       = in_block(address_i, asip_regmap_pkg::BASE_CSR,
@@ -105,6 +109,8 @@ module asip_host #(
                                    asip_regmap_pkg::WORDS_PLAUSIBLE_SLEW),
                           in_block(address_i, asip_regmap_pkg::BASE_PLAUSIBLE_ON,
                                    asip_regmap_pkg::WORDS_PLAUSIBLE_ON)};
+  assign in_streams   = in_block(address_i, asip_regmap_pkg::BASE_STREAMS,
+                                 asip_regmap_pkg::WORDS_STREAMS);
   assign in_banks     = in_registers || (Debug != 0 && in_constants);
   assign csr          = address_i[CsrBits-1:0];
   assign bundle       = address_i[$clog2(asip_regmap_pkg::WORDS_PROGRAM)-1:2];
@@ -131,6 +137,8 @@ module asip_host #(
   assign write_data_o     = memory_write && in_data;
   assign write_program_o  = memory_write && in_program && 32'(bundle) < Bundles;
   assign write_record_o   = memory_write && in_record && Resilience != 0 && Plausible != 0;
+  assign write_stream_o   = memory_write && in_streams && StreamWords != 0;
+  assign stream_address_o = {stream_page[5:0], address_i[$clog2(asip_regmap_pkg::WORDS_STREAMS)-1:0]};
   assign select_o         = (read_i || write_i) && !hold_i;
 
   always_comb begin
@@ -160,6 +168,12 @@ module asip_host #(
     entry_word = 32'd0;
     entry_word[asip_regmap_pkg::ENTRY_VALUE_LSB+:16] = entry_q;
 
+    stream_word = 32'd0;
+    if (StreamWords != 0) begin
+      stream_word[asip_regmap_pkg::STREAM_PAGE_LSB+:8]       = stream_page;
+      stream_word[asip_regmap_pkg::STREAM_WORDS_LOG2_LSB+:5] = 5'($clog2(StreamWords));
+    end
+
     word                                     = '0;
     word[asip_regmap_pkg::REG_ID]            = asip_regmap_pkg::RESET_ID;
     word[asip_regmap_pkg::REG_CONFIG]        = config_word;
@@ -170,6 +184,7 @@ module asip_host #(
     word[asip_regmap_pkg::REG_WATCHDOG]      = watchdog_q;
     word[asip_regmap_pkg::REG_ENTRY]         = entry_word;
     word[asip_regmap_pkg::REG_OUTPUT_MASK]   = output_mask_q;
+    word[asip_regmap_pkg::REG_STREAM]        = stream_word;
   end
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
@@ -196,6 +211,18 @@ module asip_host #(
 
   genvar g;
   generate
+    if (StreamWords != 0) begin : gen_streams
+      logic [7:0] page_q;
+      always_ff @(posedge clk_i or negedge rst_ni) begin
+        if (!rst_ni) page_q <= 8'd0;
+        else if (csr_write && csr == asip_regmap_pkg::REG_STREAM)
+          page_q <= writedata_i[asip_regmap_pkg::STREAM_PAGE_LSB+:8];
+      end
+      assign stream_page = page_q;
+    end else begin : gen_no_streams
+      assign stream_page = 8'd0;
+    end
+
     if (Resilience != 0) begin : gen_parity
       // A wrong bit is seen for one clock; the register keeps its word until the host writes it.
       logic [3:0] written, parity, parity_d, parity_q;

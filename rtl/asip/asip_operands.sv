@@ -8,7 +8,8 @@
 module asip_operands #(
     parameter int unsigned FmaPipes   = 2,
     parameter int unsigned Ports      = 9,
-    parameter int unsigned Resilience = 0  // 1: pages of the banks, parity of bank K
+    parameter int unsigned Resilience = 0,  // 1: pages of the banks, parity of bank K
+    parameter int unsigned StreamWords = 0  // of each stream; 0: there is none
 ) (
     input  logic                       clk_i,
     // from issue, stage D
@@ -28,6 +29,8 @@ module asip_operands #(
     input  logic                       host_write_constant_i,
     input  logic [8:0]                 host_register_i,
     input  logic [31:0]                host_data_i,
+    // from the streams of the multiply-add pipes, R1
+    input  logic [1:0][31:0]           stream_r1_i,
     // from redundancy; a word of bank K is wrong, with the operands
     input  asip_pkg::guard_t           guard_i,
     output logic                       bad_constant_e1_o,
@@ -43,7 +46,8 @@ module asip_operands #(
       asip_operands_multiple #(
           .FmaPipes  (FmaPipes),
           .Ports     (Ports),
-          .Resilience(Resilience)
+          .Resilience(Resilience),
+          .StreamWords(StreamWords)
       ) u_operands (
           .*
       );

@@ -4,7 +4,8 @@
 module asip_operands_multiple #(
     parameter int unsigned FmaPipes   = 2,
     parameter int unsigned Ports      = 9,
-    parameter int unsigned Resilience = 0
+    parameter int unsigned Resilience = 0,
+    parameter int unsigned StreamWords = 0
 ) (
     input  logic                       clk_i,
     // from issue, stage D
@@ -24,6 +25,8 @@ module asip_operands_multiple #(
     input  logic                       host_write_constant_i,
     input  logic [8:0]                 host_register_i,
     input  logic [31:0]                host_data_i,
+    // from the streams of the multiply-add pipes, R1
+    input  logic [1:0][31:0]           stream_r1_i,
     // from redundancy; a word of bank K is wrong, with the operands
     input  asip_pkg::guard_t           guard_i,
     output logic                       bad_constant_e1_o,
@@ -48,6 +51,8 @@ module asip_operands_multiple #(
   logic [Ports-1:0][31:0] read_a, read_b, read_c, read_k;
   logic [Ports-1:0][31:0] read_a_r2_q, read_b_r2_q, read_c_r2_q, read_k_r2_q, bypass_r2_q;
   logic [Ports-1:0][31:0] operand_e1_q;
+  logic [Ports-1:0][31:0] stream_r2;  // of the stream of the port's slot
+  logic [Ports-1:0] streams_r2;
   logic [2:0][31:0] last_data_q;
   logic [2:0] host_write;
 
@@ -126,7 +131,7 @@ module asip_operands_multiple #(
           asip_pkg::SELECT_A: operand_e1_q[p] <= read_a_r2_q[p];
           asip_pkg::SELECT_B: operand_e1_q[p] <= read_b_r2_q[p];
           asip_pkg::SELECT_C: operand_e1_q[p] <= read_c_r2_q[p];
-          asip_pkg::SELECT_K: operand_e1_q[p] <= read_k_r2_q[p];
+          asip_pkg::SELECT_K: operand_e1_q[p] <= streams_r2[p] ? stream_r2[p] : read_k_r2_q[p];
           asip_pkg::SELECT_RESULT_A: operand_e1_q[p] <= write_data_i[0];
           asip_pkg::SELECT_RESULT_B: operand_e1_q[p] <= write_data_i[1];
           asip_pkg::SELECT_RESULT_C: operand_e1_q[p] <= write_data_i[2];
@@ -138,6 +143,30 @@ module asip_operands_multiple #(
                                       {guard_i.page, source[5:0]});
       assign index_k[p]    = guard_i.sweep ? guard_i.sweep_index : source[6:0];
       assign read_k[p]     = read_k_word[p][31:0];
+    end
+  endgenerate
+
+  // A word of a stream comes where one of bank K does.
+  generate
+    if (StreamWords != 0) begin : gen_streams
+      logic [1:0][31:0] stream_r2_q;
+      always_ff @(posedge clk_i) stream_r2_q <= stream_r1_i;
+      for (p = 0; p < Ports; p++) begin : gen_stream
+        if (p < 3 * FmaPipes) begin : gen_pipe
+          logic streams_r2_q;
+          always_ff @(posedge clk_i) streams_r2_q <= bank_r1_q[p] == asip_isa_pkg::BANK_S;
+          assign streams_r2[p] = streams_r2_q;
+          assign stream_r2[p]  = stream_r2_q[p/3];
+        end else begin : gen_aux
+          assign streams_r2[p] = 1'b0;
+          assign stream_r2[p]  = '0;
+        end
+      end
+    end else begin : gen_no_streams
+      logic unused_streams;
+      assign streams_r2     = '0;
+      assign stream_r2      = '0;
+      assign unused_streams = ^stream_r1_i;
     end
   endgenerate
 

@@ -23,6 +23,7 @@ module asip_operands_single (
     input  logic             host_write_constant_i,
     input  logic [8:0]       host_register_i,
     input  logic [31:0]      host_data_i,
+    input  logic [1:0][31:0]     stream_r1_i,  // streams are for several slots
     input  asip_pkg::guard_t     guard_i,
     output logic                 bad_constant_e1_o,
     // to the units, stage E1
@@ -130,6 +131,6 @@ module asip_operands_single (
   // Redundancy is for several slots.
   logic unused_guard;
   assign bad_constant_e1_o = 1'b0;
-  assign unused_guard      = ^guard_i;
+  assign unused_guard      = ^{guard_i, stream_r1_i};
 
 endmodule

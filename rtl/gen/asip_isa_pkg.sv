@@ -37,6 +37,14 @@ package asip_isa_pkg;
   localparam int unsigned SMALL_DIVSQRT_INTERVAL = 7;
   // cycles from one operation of the unit to the next
   localparam int unsigned SMALL_SINCOS_INTERVAL = 37;
+  localparam int unsigned STREAM_SLOTS = 3;  // fma, fma, aux
+  localparam int unsigned STREAM_FMA_PIPES = 2;
+  localparam int unsigned STREAM_BUNDLE_WIDTH = 128;
+  localparam int unsigned STREAM_BUNDLE_LANES = 4;  // 32-bit lanes of program memory
+  // cycles from one operation of the unit to the next
+  localparam int unsigned STREAM_DIVSQRT_INTERVAL = 1;
+  // cycles from one operation of the unit to the next
+  localparam int unsigned STREAM_SINCOS_INTERVAL = 11;
 
   // Bank codes of source operands {bank[2:0], index[5:0]}; K spans two codes.
   localparam logic [2:0] BANK_ZERO = 3'b000;  // reads as +0.0 (and integer 0)
@@ -45,6 +53,8 @@ package asip_isa_pkg;
   localparam logic [2:0] BANK_C = 3'b011;  // results of the auxiliary units
   // constants and inputs; codes 4 and 5 together, index 0..127
   localparam logic [2:0] BANK_K = 3'b100;
+  // next word of the stream of pipe A (index 0) or B (1), each in the slot of that pipe (`stream` only)
+  localparam logic [2:0] BANK_S = 3'b110;
 
   // Limits.
   localparam int unsigned BANK_SIZE = 64;  // registers of bank A, B or C
@@ -63,6 +73,7 @@ package asip_isa_pkg;
   localparam logic [5:0] OP_BZ = 6'b000011;
   localparam logic [5:0] OP_BNZ = 6'b000100;
   localparam logic [5:0] OP_ST = 6'b000101;
+  localparam logic [5:0] OP_SEEK = 6'b000110;
   localparam logic [5:0] OP_FMADD = 6'b010000;
   localparam logic [5:0] OP_FNMSUB = 6'b010001;
   localparam logic [5:0] OP_FMSUB = 6'b010010;

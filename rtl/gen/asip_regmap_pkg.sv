@@ -25,6 +25,8 @@ package asip_regmap_pkg;
   localparam int unsigned WORDS_PLAUSIBLE_ON = 8;
   localparam int unsigned BASE_REGISTERS = 512;
   localparam int unsigned WORDS_REGISTERS = 256;
+  localparam int unsigned BASE_STREAMS = 1024;
+  localparam int unsigned WORDS_STREAMS = 1024;
   localparam int unsigned BASE_DATA = 4096;
   localparam int unsigned WORDS_DATA = 4096;
   localparam int unsigned BASE_PROGRAM = 8192;
@@ -46,6 +48,7 @@ package asip_regmap_pkg;
   localparam logic [3:0] REG_STALL_UNIT = 4'hc;
   localparam logic [3:0] REG_STALL_FETCH = 4'hd;
   localparam logic [3:0] REG_DRAIN = 4'he;
+  localparam logic [3:0] REG_STREAM = 4'hf;
 
   // Reset values.
   localparam logic [31:0] RESET_ID = 32'h4d544b31;
@@ -53,6 +56,7 @@ package asip_regmap_pkg;
   localparam logic [31:0] RESET_WATCHDOG = 32'h00002710;
   localparam logic [31:0] RESET_ENTRY = 32'h00000000;
   localparam logic [31:0] RESET_OUTPUT_MASK = 32'h00000000;
+  localparam logic [31:0] RESET_STREAM = 32'h00000000;
 
   // Fields: lowest bit and width.
   localparam int unsigned CONFIG_SLOTS_LSB = 0;
@@ -93,6 +97,10 @@ package asip_regmap_pkg;
   localparam int unsigned IRQ_ENABLE_FAULT_WIDTH = 1;
   localparam int unsigned ENTRY_VALUE_LSB = 0;
   localparam int unsigned ENTRY_VALUE_WIDTH = 16;
+  localparam int unsigned STREAM_PAGE_LSB = 0;
+  localparam int unsigned STREAM_PAGE_WIDTH = 8;
+  localparam int unsigned STREAM_WORDS_LOG2_LSB = 8;
+  localparam int unsigned STREAM_WORDS_LOG2_WIDTH = 5;
   localparam int unsigned PLAUSIBLE_ON_JUDGED_LSB = 0;
   localparam int unsigned PLAUSIBLE_ON_JUDGED_WIDTH = 1;
 

@@ -70,7 +70,8 @@ class Asip(Agent):
         """Name of the core's configuration, from its register CONFIG."""
         fields, config = REGMAP.registers["CONFIG"].fields, await self.read(CSR["CONFIG"])
         shape = fields["slots"].of(config), fields["fma_pipes"].of(config)
-        for name, known in default_isa().configurations.items():
+        for name in default_isa().without_streams:
+            known = default_isa().configurations[name]
             if shape == (len(known.slots), known.fma_pipes):
                 return name
         raise AssertionError(f"CONFIG is {config:#010x}: no configuration of the assembler")

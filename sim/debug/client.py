@@ -93,7 +93,8 @@ class Client(RunControl, Recorder):
             )
 
     def _check_configuration(self, image: Image) -> None:
-        if (core := configuration_of(self.read_word(CSR["CONFIG"]))) != image.configuration:
+        config, stream = (self.read_word(CSR[name]) for name in ("CONFIG", "STREAM"))
+        if (core := configuration_of(config, stream)) != image.configuration:
             raise DebugError(
                 f"the program is for '{image.configuration}', the core is '{core}': assemble it "
                 f"with --config {core}"

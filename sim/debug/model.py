@@ -11,7 +11,7 @@ from sim.rtl.asip_rtl import HARNESS, AsipRtl
 
 
 class DebugRtl(AsipRtl):
-    """One instance in the configuration 'fast' or 'small', built at first use.
+    """One instance in one of the configurations, built at first use.
 
     `run` and ports of ticks are those of the core alone; a run that is halted does not end, so use
     `start` of a client, or `clock`, where a run may be halted.

@@ -26,13 +26,16 @@ def code(enumeration: str, name: str) -> int:
     return REGMAP.enumerations[enumeration][name.upper()].code
 
 
-def configuration_of(word: int) -> str:
-    """Name of the configuration that a core's CONFIG tells, 'unknown' if there is none such."""
+def configuration_of(word: int, stream: int) -> str:
+    """Name of the configuration that a core's CONFIG and STREAM state, or 'unknown'."""
     shape = tuple(
         CORE_MAP.registers["CONFIG"].fields[name].of(word) for name in ("slots", "fma_pipes")
     )
+    words_log2 = CORE_MAP.registers["STREAM"].fields["words_log2"].of(stream)
+    words = 1 << words_log2 if words_log2 else 0
     known = default_isa().configurations.values()
-    return next((c.name for c in known if (len(c.slots), c.fma_pipes) == shape), "unknown")
+    found = (c for c in known if (len(c.slots), c.fma_pipes, c.stream_words) == (*shape, words))
+    return next((c.name for c in found), "unknown")
 
 
 def name_of(enumeration: str, number: int) -> str:

@@ -5,9 +5,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from asip_asm.directives import STREAM_PINS
 from asip_asm.gen.asip_regmap import REGMAP
 from asip_asm.image import Image
-from asip_asm.isa import default_isa
+from asip_asm.isa import STREAM_BITS, default_isa
 
 CSR = {name: REGMAP.address(name) for name in REGMAP.registers}
 BLOCK = {name: block.base for name, block in REGMAP.blocks.items()}
@@ -35,6 +36,12 @@ def load_words(image: Image) -> Iterator[tuple[int, int]]:
         yield BLOCK["constants"] + constant.index, int(constant.bits, 16)
     for address, word in enumerate(image.data):
         yield BLOCK["data"] + address, int(word, 16)
+    for pipe, pin in enumerate(STREAM_PINS):
+        for address, word in enumerate(image.stream(pin)):
+            page, offset = divmod(pipe << STREAM_BITS | address, REGMAP.blocks["streams"].words)
+            if not offset:
+                yield CSR["STREAM"], REGMAP.registers["STREAM"].word(page=page)
+            yield BLOCK["streams"] + offset, word
     for output in image.outputs:
         yield BLOCK["safe"] + output.index, int(output.safe, 16)
     for state in image.states:

@@ -96,7 +96,7 @@ class TickPort:
 
 
 class AsipRtl(Verilated):
-    """One instance of the Verilated core in the configuration 'fast' or 'small'.
+    """One instance of the Verilated core in one of the configurations.
 
     The model is built on first use. All data are raw 32-bit words; floats go through numpy views.
     """
@@ -124,7 +124,7 @@ class AsipRtl(Verilated):
             "trace_writes": (u32, pointer, u32),
             "run": (ctypes.c_int64, u32, *pointers_and_lengths, *[u32] * 6),
         }
-        library = self._library({"FmaPipes": shape.fma_pipes, "Slots": len(shape.slots)})
+        library = self._library(shape.parameters)
         super().__init__(library, signatures)
         self.configuration = configuration
 

@@ -42,7 +42,8 @@ class Asip(LiteXModule):
 
     def __init__(self, platform, configuration: str = "fast") -> None:
         """`configuration` is `fast` or `small`. Raises ValueError for another one."""
-        known = default_isa().configurations
+        isa = default_isa()
+        known = {name: isa.configurations[name] for name in isa.without_streams}
         if configuration not in known:
             names = ", ".join(known)
             raise ValueError(f"no configuration '{configuration}'; there are {names}")

@@ -26,6 +26,7 @@ from asip_asm.machine import OPERAND_READ, REFETCH, Machine, load_machine
 from sim.core.iss import Iss, RunResult, arithmetic
 from sim.rtl.asip_bus import BLOCK, CLEAR, CSR, FAULT_NAMES, START, STATUS, register_address
 from sim.rtl.asip_rtl import AsipRtl
+from tests.asip import resilient_bench
 
 ROOT = Path(__file__).parents[2]
 ISA = default_isa()
@@ -52,9 +53,13 @@ CORNER_WORDS = """
 CORNERS = tuple(int(word, 16) for word in CORNER_WORDS.split())
 
 
-@functools.cache
 def core(configuration: str) -> AsipRtl:
     """The one core of a configuration; every run of the bench loads all that it needs."""
+    return resilient_bench.stream_core() if configuration == "stream" else _core(configuration)
+
+
+@functools.cache
+def _core(configuration: str) -> AsipRtl:
     return AsipRtl(configuration)
 
 

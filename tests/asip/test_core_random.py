@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 import pytest
 
+from asip_asm.directives import STREAM_PINS
 from tests.asip import core_bench as bench
 from tests.asip.core_bench import CORNERS, ISA
 from tests.bench.seed import SEED
@@ -21,6 +22,7 @@ BUNDLES = 90
 INSTRUCTIONS = {"fast": 10_000, "small": 5_000}  # executed at least, all programs together
 REGISTERS = (8, 20)  # of each bank in use: many hazards, or few and collisions at the write port
 DATA_WORDS = 16
+STREAM_WORDS = 12  # few, so that seeks are frequent
 FMA = [name for name, record in ISA.operations.items() if record.unit == "fma"]
 AUX = [
     name
@@ -45,12 +47,14 @@ class Writer:
     outputs: int = 0
     labels: int = 0
     registers: int = 0
+    places: dict[str, int] = field(default_factory=dict)  # of the next word of each stream
 
     def __post_init__(self) -> None:
+        self.sought: tuple[str, int] | None = None
         self.registers = self.rng.choice(REGISTERS)
 
     def text(self) -> str:
-        banks = "abc" if self.configuration == "fast" else "ac"
+        banks = "ac" if self.configuration == "small" else "abc"
         states = [f"{bank}{i}" for bank in banks for i in range(self.registers)]
         while len(self.rows) < BUNDLES:
             self.step()
@@ -63,7 +67,12 @@ class Writer:
         head += [f".const {name} = {value} : int" for name, value in integers]
         head += [f".output out{i}, safe = {i}.5" for i in range(self.outputs)]
         words = ", ".join(f"0x{self.finite():08x}" for _ in range(DATA_WORDS))
-        return "\n".join([*head, f".data : int = {words}", *self.rows, "{ nop } halt", ""])
+        head += [f".data : int = {words}"]
+        if self.configuration == "stream":
+            for pin in STREAM_PINS:
+                values = ", ".join(f"0f{self.finite():08x}" for _ in range(STREAM_WORDS))
+                head += [f".stream s{pin}, pin {pin} = {values}"]
+        return "\n".join([*head, *self.rows, "{ nop } halt", ""])
 
     def word(self) -> int:
         """Corner, any bits, or a number near 1."""
@@ -79,7 +88,7 @@ class Writer:
         return word & ~0x00800000 if word >> 23 & 0xFF == 0xFF else word
 
     def source(self) -> str:
-        banks = "aaabbbccck" if self.configuration == "fast" else "aaaccck"
+        banks = "aaaccck" if self.configuration == "small" else "aaabbbccck"
         bank = self.rng.choice(banks)
         if self.rng.random() < 0.03:
             return "zero"
@@ -93,7 +102,14 @@ class Writer:
 
     def fma(self, bank: str) -> str:
         mnemonic = self.rng.choice(FMA)
-        return self.line(mnemonic, f"{bank}{self.rng.randrange(self.registers)}")
+        line = self.line(mnemonic, f"{bank}{self.rng.randrange(self.registers)}")
+        pin = bank.upper()
+        if self.places.get(pin, STREAM_WORDS) == STREAM_WORDS or self.rng.random() < 0.3:
+            return line
+        self.places[pin] += 1
+        dst, *sources = line.split(", ")
+        sources[self.rng.randrange(len(sources))] = f"{pin}+"
+        return ", ".join([dst, *sources])
 
     def line(self, mnemonic: str, dst: str) -> str:
         return f"{mnemonic} {', '.join([dst, *self.sources(mnemonic)])}"
@@ -104,6 +120,8 @@ class Writer:
         return f"{self.rng.randrange(DATA_WORDS - 4)}{index}"
 
     def aux(self) -> str:
+        if self.configuration == "stream" and self.rng.random() < 0.15:
+            return self.seek()
         kind = self.rng.random()
         dst = f"c{self.rng.randrange(self.registers)}"
         if kind < 0.08:
@@ -118,6 +136,12 @@ class Writer:
             unit = "cmp"
         return self.line(self.rng.choice([n for n in AUX if ISA.operations[n].unit == unit]), dst)
 
+    def seek(self) -> str:
+        """Sets a stream; words taken in the same bundle are those before it."""
+        pin = self.rng.choice(STREAM_PINS)
+        self.sought = pin, self.rng.randrange(STREAM_WORDS)
+        return f"seek {pin}+{self.sought[1]}"
+
     def output(self) -> str:
         self.outputs += 1
         if self.rng.random() < 0.2:
@@ -131,6 +155,9 @@ class Writer:
         slots = [self.fma(bank) for bank in "ab" if self.rng.random() < 0.7]
         if aux or self.rng.random() < 0.7:
             slots.append(aux or self.aux())
+        if self.sought is not None:
+            pin, self.places[pin] = self.sought
+            self.sought = None
         self.rng.shuffle(slots)
         return f"{{ {' | '.join(slots) or 'nop'} }}"
 

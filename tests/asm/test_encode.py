@@ -55,6 +55,12 @@ HAND = [
         Operation("bnz", a=reg("k3"), target="there"),
         "000100 0000001 100000011 000000000 010100101",
     ),
+    # the second stream: bit 15 of the immediate
+    (Operation("seek", imm=1 << 15 | 5), "000110 1000000 000000000 000000000 000000101"),
+    (
+        Operation("fmadd", reg("b1"), reg("s1"), reg("k2"), reg("b1")),
+        "010000 0000001 110000001 100000010 010000001",
+    ),
     (Operation("nop"), "000001 0000000 000000000 000000000 000000000"),
 ]
 
@@ -89,7 +95,7 @@ def test_operation__symbolic_register__is_refused() -> None:
 @given(st.integers(0, (1 << 40) - 1), st.integers(0, 2))
 def test_word__decodes_to_an_operation_of_the_same_word_or_is_refused(word: int, slot: int) -> None:
     try:
-        operation = decode_operation(word, slot, "fast", ISA)
+        operation = decode_operation(word, slot, "stream", ISA)
     except DecodeError:
         return
     operation.target = "there"
@@ -108,14 +114,14 @@ def test_every_operation__legal_fields__decode_and_encode_to_the_same_word(recor
     if record.immediate_high:
         operation.imm, operation.target = 777, "there"
     word = encode_operation(operation, ISA, {"there": 777})
-    decoded = decode_operation(word, slot, "fast", ISA)
+    decoded = decode_operation(word, slot, "stream", ISA)
     assert operation_text(decoded, ISA, {777: "there"}) == operation_text(
         operation, ISA, {777: "there"}
     )
     for bit in range(40):
         flipped = word ^ 1 << bit
         try:
-            other = decode_operation(flipped, slot, "fast", ISA)
+            other = decode_operation(flipped, slot, "stream", ISA)
         except DecodeError:
             continue
         other.target = "there"
@@ -128,7 +134,11 @@ def test_every_operation__legal_fields__decode_and_encode_to_the_same_word(recor
         (0, 0, "fast", "opcode 0x00 does not exist"),
         (0b100111 << 34, 0, "fast", "mov cannot be in slot 0 of 'fast'"),
         (0b010100 << 34, 2, "fast", "fmul cannot be in slot 2 of 'fast'"),
-        (0b100111 << 34 | 0b110000000 << 18, 2, "fast", "source field 0x180 names no register"),
+        (0b100111 << 34 | 0b111000000 << 18, 2, "fast", "source field 0x1c0 names no register"),
+        (0b100111 << 34 | 0b110000000 << 18, 2, "stream", "slot 2 of 'stream' has no stream 0"),
+        (0b010100 << 34 | 0b110000001 << 18, 0, "stream", "slot 0 of 'stream' has no stream 1"),
+        (0b010100 << 34 | 0b110000000 << 18, 0, "fast", "slot 0 of 'fast' has no stream 0"),
+        (0b000110 << 34, 2, "fast", "configuration 'fast' has no streams"),
         (0b100111 << 34 | 0b000000001 << 18, 2, "fast", "source field 0x001 names no register"),
         (0b010100 << 34 | 1 << 33, 0, "fast", "fmul cannot write output 0"),
         (0b100111 << 34 | 0b1100000 << 27, 2, "fast", "mov cannot write output 32"),

@@ -54,10 +54,19 @@ ISA_CASES = {
     "missing key": ('[op.nop]\n<encoding = "000001"\n|>', "op.nop: missing key encoding"),
     "bank codes overlap": ('name = "C"\ncode = <3|2>', "bank C: code 2 belongs to bank B"),
     "bank code that the RTL does not take": (
-        'name = "A"\ncode = <1|6>',
-        "bank A: the RTL tells A and C from zero and B by bit 0 of the code",
+        'name = "zero"\ncode = <0|7>',
+        "bank zero: the RTL tells A and C from zero and B by bit 0 of the code",
     ),
-    "bank K elsewhere": ('name = "K"\ncode = <4|6>', "bank K: needs code 4 and 128 words"),
+    "bank K elsewhere": ('name = "K"\ncode = <4|7>', "bank K: needs code 4 and 128 words"),
+    "bank S elsewhere": ('name = "S"\ncode = <6|7>', "bank S: needs code 6 and 2 registers"),
+    "words of a stream": (
+        "stream_words = <8192|8191>",
+        "configuration.stream: stream_words is 8191, must be 0 or a power of two",
+    ),
+    "words beyond an immediate": (
+        "stream_words = <8192|65536>",
+        "configuration.stream: stream_words is 65536, must be 0 or a power of two to 32768",
+    ),
     "bank missing": ('name = <"C"|"A">\ncode = 3', "bank A: declared twice"),
     "unknown slot kind": (
         'slots = <["any"]|["all"]>',

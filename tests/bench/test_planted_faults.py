@@ -30,7 +30,7 @@ TABLES = {path.parent.name: path for path in FOUND}
 assert len(TABLES) == len(FOUND), "one table a folder"
 LEAST = {"formal": 41, "motion_rtl": 15}  # faults
 OPTIONS = ("-q", "-x", "-p", "no:cacheprovider", "-p", "no:randomly", "--no-header")
-CACHES = (resilient_bench.core, test_interpolators.rtl)  # of models
+CACHES = (resilient_bench.core, resilient_bench.stream_core, test_interpolators.rtl)  # of models
 
 
 def asip(folder: Path, patch: pytest.MonkeyPatch) -> None:

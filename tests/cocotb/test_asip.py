@@ -9,8 +9,7 @@ from tests.cocotb import asip_tb, states_tb
 from tests.cocotb.bench import Run, one_test_each
 
 SHAPES = {
-    name: {"FmaPipes": shape.fma_pipes, "Slots": len(shape.slots)}
-    for name, shape in default_isa().configurations.items()
+    name: default_isa().configurations[name].parameters for name in default_isa().without_streams
 }
 IN_ICARUS = "^(states__|fault__output_that|fault__illegal|host__interrupts)"
 

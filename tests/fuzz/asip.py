@@ -121,7 +121,7 @@ RUN_OPTIONS += "x=0fzz F q c9 --profile --konata --gantt x=1e999 n=0x1g 100000"
 def prepare_run() -> None:
     """Images, and the cores, which asip-run builds on first use."""
     images()
-    for configuration in default_isa().configurations:
+    for configuration in default_isa().without_streams:
         AsipRtl(configuration)
 
 

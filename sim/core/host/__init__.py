@@ -17,5 +17,5 @@ def simulated_core(configuration: str = "fast", resilience: int = 0) -> Path:
     resilience: the core's parameter of this name.
     """
     shape = default_isa().configurations[configuration]
-    parameters = {"FmaPipes": shape.fma_pipes, "Slots": len(shape.slots), "Resilience": resilience}
+    parameters = shape.parameters | {"Resilience": resilience}
     return build_library("asip", file_list("asip/asip.f"), DRIVER / "sim_bus.cpp", parameters)

@@ -35,10 +35,24 @@ asip_result asip_check_id(const asip *core) {
 
 static int fits(const asip *core, const asip_image *image) {
   const uint32_t config = read32(core, CSR(CONFIG));
-  return FIELD(config, CONFIG, SLOTS) == image->slots &&
+  const uint32_t words = FIELD(read32(core, CSR(STREAM)), STREAM, WORDS_LOG2);
+  const uint32_t room = words ? (uint32_t)1 << words : 0;
+  return image->stream_a_words <= room && image->stream_b_words <= room &&
+         FIELD(config, CONFIG, SLOTS) == image->slots &&
          FIELD(config, CONFIG, FMA_PIPES) == image->fma_pipes &&
          image->bundles <= (uint32_t)1 << FIELD(config, CONFIG, PROGRAM_LOG2) &&
          image->data_words <= (uint32_t)1 << FIELD(config, CONFIG, DATA_LOG2);
+}
+
+/* Words of a pipe's stream, page by page. */
+static void load_stream(const asip *core, uint32_t first_page, const uint32_t *words,
+                        uint32_t count) {
+  const uint32_t page_words = sizeof(((asip_t *)0)->streams) / sizeof(uint32_t);
+  uint32_t i;
+  for (i = 0; i < count; i++) {
+    if (i % page_words == 0) write32(core, CSR(STREAM), first_page + i / page_words);
+    write32(core, ASIP_WORD(streams) + i % page_words, words[i]);
+  }
 }
 
 asip_result asip_load(asip *core, const asip_image *image) {
@@ -59,6 +73,8 @@ asip_result asip_load(asip *core, const asip_image *image) {
     write32(core, ASIP_WORD(constants) + image->constants[i].address, image->constants[i].word);
   }
   for (i = 0; i < image->data_words; i++) write32(core, ASIP_WORD(data) + i, image->data[i]);
+  load_stream(core, 0, image->stream_a, image->stream_a_words);
+  load_stream(core, ASIP_STREAM_B_PAGE, image->stream_b, image->stream_b_words);
   for (i = 0; i < image->output_count; i++) write32(core, ASIP_WORD(safe) + i, image->safe[i]);
   write32(core, CSR(ENTRY), image->entry);
   write32(core, CSR(WATCHDOG), image->watchdog);

@@ -19,6 +19,9 @@ extern "C" {
 /* Word address of a register or block, such as csr.STATUS or constants. */
 #define ASIP_WORD(member) ((uint32_t)(offsetof(asip_t, member) / sizeof(uint32_t)))
 
+/* First page of the stream of pipe B (register STREAM). */
+#define ASIP_STREAM_B_PAGE ((uint32_t)32)
+
 /* Outputs that have a plausibility record. */
 #define ASIP_RECORDS ((uint32_t)(sizeof(asip__plausible_on_t) / sizeof(uint32_t)))
 
@@ -57,6 +60,10 @@ typedef struct {
   uint16_t input_count;
   const uint16_t *exports; /* offset in block `registers` per export */
   uint16_t export_count;
+  const uint32_t *stream_a; /* constant memory of each multiply-add pipe, from its word 0 */
+  uint16_t stream_a_words;
+  const uint32_t *stream_b;
+  uint16_t stream_b_words;
 } asip_image;
 
 /* One of several functions of an image: its entry, and where its words are in the image's tables. */

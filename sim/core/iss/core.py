@@ -15,7 +15,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from asip_asm.directives import STREAM_PINS
 from asip_asm.image import Image
+from asip_asm.isa import STREAM_BITS
 from sim.core.iss import arithmetic, isa
 from sim.core.iss.arithmetic import SinCos, Word, bits_of, from_float, to_float, to_int, word
 from sim.core.iss.isa import Decoded, Fault, IllegalOperation
@@ -72,6 +74,8 @@ class _Step:
     stores: list[tuple[Callable[[], int], int]]  # address, operand code of the word
     branch: Callable[[], int | None] | None
     halt: bool
+    takes: list[int]  # pipes whose streams give a word
+    seek: int | None  # {pipe, address}
     counts: Counter[str]
     quick: Callable[[], None] | None = None
 
@@ -96,9 +100,10 @@ class Iss:
         self.image = image
         self._trace = trace
         self._operations = arithmetic.operations(sincos)
-        self._registers: list[Word] = [arithmetic.ZERO] * (6 * isa.BANK_WORDS)
+        self._registers: list[Word] = [arithmetic.ZERO] * (7 * isa.BANK_WORDS)
         self._data: list[Word] = [arithmetic.ZERO] * isa.DATA_WORDS
         self._outputs = [arithmetic.ZERO] * isa.OUTPUTS
+        self._load_streams(image)
         self._words = [int(text, 16) for text in image.bundles]
         self._steps: list[_Step | None] = [None] * len(self._words)
         self._counted: tuple[tuple[int, ...], Counter[str]] = ((), Counter())
@@ -107,6 +112,24 @@ class Iss:
         self.select(image)
         self.set_outputs_safe()
         self.reset()
+
+    def _load_streams(self, image: Image) -> None:
+        words = isa.ISA.configurations[image.configuration].stream_words
+        self._streams: list[list[Word]] = [[arithmetic.ZERO] * words for _ in STREAM_PINS]
+        for stream, pin in zip(self._streams, STREAM_PINS, strict=True):
+            for address, bits in enumerate(image.stream(pin)):
+                stream[address] = word(bits)
+        self.begin()
+
+    def begin(self) -> None:
+        """A run starts: the streams are at their first words."""
+        self.stream_places = [0] * len(self._streams)
+
+    def _take(self, pipe: int) -> Word:
+        """Next word of the stream of a pipe."""
+        stream, place = self._streams[pipe], self.stream_places[pipe]
+        self.stream_places[pipe] = (place + 1) % len(stream)
+        return stream[place]
 
     def select(self, image: Image) -> None:
         """Go on with another function of the image loaded (`Image.function`), by its names."""
@@ -236,11 +259,16 @@ class Iss:
     def _decode(self, bundle: int) -> _Step:
         configuration = self.image.configuration
         operations, halt = isa.decode_bundle(self._words[bundle], configuration)
-        step = _Step([], [], [], [], None, halt, Counter())
-        for op in operations:
+        step = _Step([], [], [], [], None, halt, [], None, Counter())
+        for slot, op in enumerate(operations):
             if op is None:
                 continue
             step.counts[op.mnemonic] += 1
+            if op.mnemonic == "seek":
+                step.seek = op.imm
+                continue
+            if isa.S_BASE + slot in op.sources:
+                step.takes.append(slot)
             if op.mnemonic in isa.ISA.branches:
                 step.branch = self._branch(op)
             elif op.mnemonic == "st":
@@ -251,20 +279,22 @@ class Iss:
                 step.compute.append(self._value(op))
                 step.destinations.append(op.dst)
         only_computes = not (step.outputs or step.stores or step.branch or halt or self._trace)
+        only_computes = only_computes and step.seek is None
         loads = any(op is not None and op.mnemonic == "ld" for op in operations)
         if step.compute and only_computes and not loads:
-            step.quick = self._compile([op for op in operations if op is not None])
+            step.quick = self._compile([op for op in operations if op is not None], step.takes)
         return step
 
-    def _compile(self, operations: list[Decoded]) -> Callable[[], None]:
+    def _compile(self, operations: list[Decoded], takes: list[int]) -> Callable[[], None]:
         """One Python function for a bundle of register operations: all reads, then all writes."""
-        names: dict[str, Any] = {"r": self._registers}
+        names: dict[str, Any] = {"r": self._registers, "take": self._take}
         targets, values = [], []
         for i, op in enumerate(operations):
             names[f"f{i}"] = self._operations[op.mnemonic]
             targets.append(f"r[{op.dst}]")
             values.append(f"f{i}({', '.join(f'r[{code}]' for code in op.sources)})")
-        text = f"def quick():\n    {', '.join(targets)} = {', '.join(values)}\n"
+        words = "".join(f"    r[{isa.S_BASE + pipe}] = take({pipe})\n" for pipe in takes)
+        text = f"def quick():\n{words}    {', '.join(targets)} = {', '.join(values)}\n"
         exec(text, names)  # the text holds nothing but register codes
         return names["quick"]
 
@@ -278,6 +308,7 @@ class Iss:
         fault, place = Fault.NONE, None
         position: int | None = self.image.entry
         bundles = 0
+        self.begin()
         with arithmetic.environment():
             try:
                 while position is not None:
@@ -356,6 +387,11 @@ class Iss:
         position, None behind the last bundle. Raises RunFault.
         """
         registers = self._registers
+        for pipe in step.takes:
+            registers[isa.S_BASE + pipe] = self._take(pipe)
+        if step.seek is not None:
+            pipe, place = divmod(step.seek, 1 << STREAM_BITS)
+            self.stream_places[pipe] = place % len(self._streams[pipe])
         values = [compute() for compute in step.compute]
         following = position + 1
         if step.outputs or step.stores or step.branch:

@@ -18,6 +18,7 @@ BANK_CODE = {name: bank.code for name, bank in ISA.banks.items()}
 BANK_SIZE = {name: bank.size for name, bank in ISA.banks.items()}
 BANK_WORDS = 1 << ISA.index_bits  # operand code = BANK_WORDS * bank code + index
 K_BASE = BANK_WORDS * BANK_CODE["K"]
+S_BASE = BANK_WORDS * BANK_CODE["S"]  # operand codes of the next word of each stream
 OUTPUTS = ISA.outputs
 PROGRAM_BUNDLES = ISA.program_bundles
 DATA_WORDS = ISA.data_words
@@ -46,8 +47,10 @@ def _field(word: int, name: str) -> int:
     return (word & field.mask) >> field.low
 
 
-def _check_source(code: int, configuration: str) -> int:
+def _check_source(code: int, slot: int, configuration: str) -> int:
     bank, index = divmod(code, BANK_WORDS)
+    if bank == BANK_CODE["S"] and ISA.configurations[configuration].streams(slot) and index == slot:
+        return code
     if (
         bank > BANK_CODE["K"] + 1
         or (bank == BANK_CODE["zero"] and index)
@@ -67,10 +70,12 @@ def decode_operation(word: int, slot: int, configuration: str) -> Decoded | None
     immediate = (record.immediate_high, "c") if record.immediate_high else ()
     for name in SOURCE_FIELDS:  # also those that the operation ignores
         if name not in immediate:
-            _check_source(_field(word, name), configuration)
+            _check_source(_field(word, name), slot, configuration)
     if mnemonic == "nop":
         return None
     build = ISA.configurations[configuration]
+    if mnemonic == "seek" and not build.stream_words:
+        raise IllegalOperation(f"slot {slot}: seek without streams")
     if not build.allows(slot, unit):
         raise IllegalOperation(f"slot {slot}: {mnemonic} in a slot of kind {build.slots[slot]}")
     dst = output = None

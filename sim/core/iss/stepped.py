@@ -23,6 +23,7 @@ class SteppedRun:
         self.bundles = 0
         self.writes: dict[str, list[int]] = {}
         self._written: set[int] = set()
+        iss.begin()
 
     def step(self) -> None:
         """Execute the bundle at `position`; does nothing when the run is over."""

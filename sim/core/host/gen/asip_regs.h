@@ -131,6 +131,15 @@ extern "C" {
 #define ASIP__CSR__DRAIN__VALUE_bp 0
 #define ASIP__CSR__DRAIN__VALUE_bw 32
 
+// reg - asip::csr::STREAM
+#define ASIP__CSR__STREAM__PAGE_bm 0xff
+#define ASIP__CSR__STREAM__PAGE_bp 0
+#define ASIP__CSR__STREAM__PAGE_bw 8
+#define ASIP__CSR__STREAM__PAGE_reset 0x0
+#define ASIP__CSR__STREAM__WORDS_LOG2_bm 0x1f00
+#define ASIP__CSR__STREAM__WORDS_LOG2_bp 8
+#define ASIP__CSR__STREAM__WORDS_LOG2_bw 5
+
 // regfile - asip::csr
 typedef struct __attribute__ ((__packed__)) {
     uint32_t ID;
@@ -148,6 +157,7 @@ typedef struct __attribute__ ((__packed__)) {
     uint32_t STALL_UNIT;
     uint32_t STALL_FETCH;
     uint32_t DRAIN;
+    uint32_t STREAM;
 } asip__csr_t;
 
 // mem - asip::constants
@@ -195,6 +205,11 @@ typedef struct __attribute__ ((__packed__)) {
     uint32_t mem[256];
 } asip__registers_t;
 
+// mem - asip::streams
+typedef struct __attribute__ ((__packed__)) {
+    uint32_t mem[1024];
+} asip__streams_t;
+
 // mem - asip::data
 typedef struct __attribute__ ((__packed__)) {
     uint32_t mem[4096];
@@ -208,7 +223,7 @@ typedef struct __attribute__ ((__packed__)) {
 // addrmap - asip
 typedef struct __attribute__ ((__packed__)) {
     asip__csr_t csr;
-    uint8_t RESERVED_3c_1ff[0x1c4];
+    uint8_t RESERVED_40_1ff[0x1c0];
     asip__constants_t constants;
     asip__outputs_t outputs;
     asip__safe_t safe;
@@ -218,7 +233,9 @@ typedef struct __attribute__ ((__packed__)) {
     asip__plausible_on_t plausible_on;
     uint8_t RESERVED_580_7ff[0x280];
     asip__registers_t registers;
-    uint8_t RESERVED_c00_3fff[0x3400];
+    uint8_t RESERVED_c00_fff[0x400];
+    asip__streams_t streams;
+    uint8_t RESERVED_2000_3fff[0x2000];
     asip__data_t data;
     asip__program_t program;
 } asip_t;

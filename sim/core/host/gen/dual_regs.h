@@ -131,6 +131,15 @@ extern "C" {
 #define ASIP_DESC_3C398FCC__CSR__DRAIN__VALUE_bp 0
 #define ASIP_DESC_3C398FCC__CSR__DRAIN__VALUE_bw 32
 
+// reg - asip_desc_3c398fcc::csr::STREAM
+#define ASIP_DESC_3C398FCC__CSR__STREAM__PAGE_bm 0xff
+#define ASIP_DESC_3C398FCC__CSR__STREAM__PAGE_bp 0
+#define ASIP_DESC_3C398FCC__CSR__STREAM__PAGE_bw 8
+#define ASIP_DESC_3C398FCC__CSR__STREAM__PAGE_reset 0x0
+#define ASIP_DESC_3C398FCC__CSR__STREAM__WORDS_LOG2_bm 0x1f00
+#define ASIP_DESC_3C398FCC__CSR__STREAM__WORDS_LOG2_bp 8
+#define ASIP_DESC_3C398FCC__CSR__STREAM__WORDS_LOG2_bw 5
+
 // regfile - asip_desc_3c398fcc::csr
 typedef struct __attribute__ ((__packed__)) {
     uint32_t ID;
@@ -148,6 +157,7 @@ typedef struct __attribute__ ((__packed__)) {
     uint32_t STALL_UNIT;
     uint32_t STALL_FETCH;
     uint32_t DRAIN;
+    uint32_t STREAM;
 } asip_desc_3c398fcc__csr_t;
 
 // mem - asip_desc_3c398fcc::constants
@@ -195,6 +205,11 @@ typedef struct __attribute__ ((__packed__)) {
     uint32_t mem[256];
 } asip_desc_3c398fcc__registers_t;
 
+// mem - asip_desc_3c398fcc::streams
+typedef struct __attribute__ ((__packed__)) {
+    uint32_t mem[1024];
+} asip_desc_3c398fcc__streams_t;
+
 // mem - asip_desc_3c398fcc::data
 typedef struct __attribute__ ((__packed__)) {
     uint32_t mem[4096];
@@ -208,7 +223,7 @@ typedef struct __attribute__ ((__packed__)) {
 // addrmap - asip_desc_3c398fcc
 typedef struct __attribute__ ((__packed__)) {
     asip_desc_3c398fcc__csr_t csr;
-    uint8_t RESERVED_3c_1ff[0x1c4];
+    uint8_t RESERVED_40_1ff[0x1c0];
     asip_desc_3c398fcc__constants_t constants;
     asip_desc_3c398fcc__outputs_t outputs;
     asip_desc_3c398fcc__safe_t safe;
@@ -218,7 +233,9 @@ typedef struct __attribute__ ((__packed__)) {
     asip_desc_3c398fcc__plausible_on_t plausible_on;
     uint8_t RESERVED_580_7ff[0x280];
     asip_desc_3c398fcc__registers_t registers;
-    uint8_t RESERVED_c00_3fff[0x3400];
+    uint8_t RESERVED_c00_fff[0x400];
+    asip_desc_3c398fcc__streams_t streams;
+    uint8_t RESERVED_2000_3fff[0x2000];
     asip_desc_3c398fcc__data_t data;
     asip_desc_3c398fcc__program_t program;
 } asip_desc_3c398fcc_t;
@@ -343,6 +360,15 @@ typedef struct __attribute__ ((__packed__)) {
 #define ASIP_DESC_BC5D3C60__CSR__DRAIN__VALUE_bp 0
 #define ASIP_DESC_BC5D3C60__CSR__DRAIN__VALUE_bw 32
 
+// reg - asip_desc_bc5d3c60::csr::STREAM
+#define ASIP_DESC_BC5D3C60__CSR__STREAM__PAGE_bm 0xff
+#define ASIP_DESC_BC5D3C60__CSR__STREAM__PAGE_bp 0
+#define ASIP_DESC_BC5D3C60__CSR__STREAM__PAGE_bw 8
+#define ASIP_DESC_BC5D3C60__CSR__STREAM__PAGE_reset 0x0
+#define ASIP_DESC_BC5D3C60__CSR__STREAM__WORDS_LOG2_bm 0x1f00
+#define ASIP_DESC_BC5D3C60__CSR__STREAM__WORDS_LOG2_bp 8
+#define ASIP_DESC_BC5D3C60__CSR__STREAM__WORDS_LOG2_bw 5
+
 // regfile - asip_desc_bc5d3c60::csr
 typedef struct __attribute__ ((__packed__)) {
     uint32_t ID;
@@ -360,6 +386,7 @@ typedef struct __attribute__ ((__packed__)) {
     uint32_t STALL_UNIT;
     uint32_t STALL_FETCH;
     uint32_t DRAIN;
+    uint32_t STREAM;
 } asip_desc_bc5d3c60__csr_t;
 
 // mem - asip_desc_bc5d3c60::constants
@@ -407,6 +434,11 @@ typedef struct __attribute__ ((__packed__)) {
     uint32_t mem[256];
 } asip_desc_bc5d3c60__registers_t;
 
+// mem - asip_desc_bc5d3c60::streams
+typedef struct __attribute__ ((__packed__)) {
+    uint32_t mem[1024];
+} asip_desc_bc5d3c60__streams_t;
+
 // mem - asip_desc_bc5d3c60::data
 typedef struct __attribute__ ((__packed__)) {
     uint32_t mem[4096];
@@ -420,7 +452,7 @@ typedef struct __attribute__ ((__packed__)) {
 // addrmap - asip_desc_bc5d3c60
 typedef struct __attribute__ ((__packed__)) {
     asip_desc_bc5d3c60__csr_t csr;
-    uint8_t RESERVED_3c_1ff[0x1c4];
+    uint8_t RESERVED_40_1ff[0x1c0];
     asip_desc_bc5d3c60__constants_t constants;
     asip_desc_bc5d3c60__outputs_t outputs;
     asip_desc_bc5d3c60__safe_t safe;
@@ -430,7 +462,9 @@ typedef struct __attribute__ ((__packed__)) {
     asip_desc_bc5d3c60__plausible_on_t plausible_on;
     uint8_t RESERVED_580_7ff[0x280];
     asip_desc_bc5d3c60__registers_t registers;
-    uint8_t RESERVED_c00_3fff[0x3400];
+    uint8_t RESERVED_c00_fff[0x400];
+    asip_desc_bc5d3c60__streams_t streams;
+    uint8_t RESERVED_2000_3fff[0x2000];
     asip_desc_bc5d3c60__data_t data;
     asip_desc_bc5d3c60__program_t program;
 } asip_desc_bc5d3c60_t;

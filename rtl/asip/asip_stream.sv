@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// asip_stream: constant memory of a multiply-add pipe, read word after word.
+// Contract: word_r1_o is the next word of the bundle that was in stage D one cycle before. The bundle that
+// issues steps the pointer if it takes a word; a seek in it sets the pointer for the bundle after it,
+// whether or not the bundle itself takes a word. A run begins at word 0. Behind the last word comes the
+// first one. The host writes the memory between runs.
+module asip_stream #(
+    parameter int unsigned Words = 1024
+) (
+    input  logic        clk_i,
+    input  logic        rst_ni,
+    // from control and stage D
+    input  logic        clear_i,          // a run starts: no bundle issues in this cycle
+    input  logic        take_i,
+    input  logic        seek_i,
+    input  logic [14:0] seek_address_i,
+    // to the operand stage, R1
+    output logic [31:0] word_r1_o,
+    // from the host, idle only
+    input  logic        write_i,
+    input  logic [14:0] write_address_i,
+    input  logic [31:0] write_data_i
+);
+
+  localparam int unsigned AddressWidth = $clog2(Words);
+
+  (* ramstyle = "no_rw_check", no_rw_check *) logic [31:0] memory[0:Words-1];
+  logic [AddressWidth-1:0] pointer_q;
+  logic [31:0] word_r1_q;
+  logic fits;
+
+  // A write beyond the memory is lost.
+  assign fits = 32'(write_address_i) < Words;
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) pointer_q <= '0;
+    else if (clear_i) pointer_q <= '0;
+    else if (seek_i) pointer_q <= seek_address_i[AddressWidth-1:0];
+    else if (take_i) pointer_q <= pointer_q + 1'b1;
+  end
+
+  always_ff @(posedge clk_i) begin
+    if (write_i && fits) memory[write_address_i[AddressWidth-1:0]] <= write_data_i;
+    word_r1_q <= memory[pointer_q];
+  end
+
+  assign word_r1_o = word_r1_q;
+
+  generate
+    if (AddressWidth < 15) begin : gen_unused
+      logic unused_address;
+      assign unused_address = ^seek_address_i[14:AddressWidth];
+    end
+  endgenerate
+
+endmodule

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// asip_stream_sva: the pointer of a stream moves by what the bundle that issues says, and by nothing else.
+module asip_stream_sva #(
+    parameter int unsigned AddressWidth = 1
+) (
+    input logic clk_i,
+    input logic rst_ni,
+    input logic clear_i,
+    input logic take_i,
+    input logic seek_i,
+    input logic [14:0] seek_address_i,
+    input logic write_i,
+    input logic [AddressWidth-1:0] pointer_q
+);
+
+  HostIdle : assert property (@(posedge clk_i) disable iff (!rst_ni)
+      write_i |-> !take_i && !seek_i)
+  else $error("the host writes a stream that a run reads");
+
+  NothingIssues : assert property (@(posedge clk_i) disable iff (!rst_ni)
+      clear_i |-> !take_i && !seek_i)
+  else $error("a bundle issues in the cycle in which a run starts");
+
+  FirstWord : assert property (@(posedge clk_i) disable iff (!rst_ni)
+      clear_i |=> pointer_q == '0)
+  else $error("a run does not begin at the first word");
+
+  Stays : assert property (@(posedge clk_i) disable iff (!rst_ni)
+      !clear_i && !take_i && !seek_i |=> $stable(pointer_q))
+  else $error("the stream went on without a bundle");
+
+  Steps : assert property (@(posedge clk_i) disable iff (!rst_ni)
+      !clear_i && take_i && !seek_i |=> pointer_q == AddressWidth'($past(pointer_q) + 1'b1))
+  else $error("a word was taken and the stream did not go on by one");
+
+  Sought : assert property (@(posedge clk_i) disable iff (!rst_ni)
+      !clear_i && seek_i |=> pointer_q == $past(seek_address_i[AddressWidth-1:0]))
+  else $error("a seek did not set the pointer");
+
+endmodule
+
+bind asip_stream asip_stream_sva #(
+    .AddressWidth(AddressWidth)
+) u_sva (.*);
