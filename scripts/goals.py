@@ -66,6 +66,13 @@ AREAS: dict[str, Area] = {
             "clock": "scripts.clock_goals:hardware",
         },
     ),
+    "linuxcnc": Area(
+        "G-code reader against LinuxCNC's interpreter; PROGRAMS=FOLDER adds public programs.",
+        {
+            "samples": "sim.bench.motion.goals_linuxcnc:samples",
+            "programs": "sim.bench.motion.goals_linuxcnc:programs",
+        },
+    ),
     "matrix": Area(
         "Matrix products: programs whose constants come from streams, and laws on fast.",
         {
