@@ -222,6 +222,7 @@ class _Spiller:
         self.stored: dict[Virtual, int] = {}
         self.reader: dict[Virtual, Operation] = {}
         self.reloads = 0
+        self.later: set[Virtual] = set()
         self.changed = {op.imm for _, _, op in program.placed() if op.mnemonic == "st"}
 
     def spill(self, overflow: Overflow) -> None:
@@ -317,16 +318,18 @@ class _Spiller:
         ]
         first = readers[0]
         self.reloads += 1
-        copy = Virtual(f"{symbol.name.split('~')[0]}~{self.reloads}", 1)
-        self.stored[copy] = self.stored[symbol]
         renamed = [op for i in readers for op in bundles[i].operations if symbol in sources(op)]
-        for op in renamed:
-            _substitute(op, {symbol: copy})
-        load = Operation("ld", copy, imm=self.stored[symbol], source=renamed[0].source)
+        load = self._take_unread_load(region, symbol, index)
+        if load is None:
+            copy = Virtual(f"{symbol.name.split('~')[0]}~{self.reloads}", 1)
+            self.stored[copy] = self.stored[symbol]
+            for op in renamed:
+                _substitute(op, {symbol: copy})
+            load = Operation("ld", copy, imm=self.stored[symbol], source=renamed[0].source)
         place = min(region.operations.index(op) for op in renamed)
         region.operations.insert(place, load)
-        if "~" in symbol.name:
-            self.reader[copy] = next(op for op in bundles[first].slots if op in renamed)
+        if "~" in symbol.name and isinstance(load.dst, Virtual):
+            self.reader[load.dst] = next(op for op in bundles[first].slots if op in renamed)
             self._insert(bundles, first, load)
             return
         issues = [issue.cycle for issue in self.machine.issue_cycles(bundles)]
@@ -336,6 +339,24 @@ class _Spiller:
             if self._fill(bundles[i], load):
                 return
         self._insert(bundles, early[-1] + 1 if early else index + 1, load)
+
+    def _take_unread_load(self, region: Region, symbol: Virtual, index: int) -> Operation | None:
+        """Take the load of a value that gives way in bundle `index` before anything read it out of
+        its bundle; the value then is loaded later. None if there is no such load, or if the value
+        gave way before.
+        """
+        bundles = region.bundles or []
+        readers = (op for bundle in bundles[: index + 1] for op in bundle.operations)
+        if symbol in self.later or any(symbol in sources(op) for op in readers):
+            return None
+        for bundle in bundles[: index + 1]:
+            for slot, op in bundle.placed():
+                if op.dst == symbol and op.mnemonic == "ld" and op.imm not in self.changed:
+                    bundle.slots[slot] = None
+                    region.operations.remove(op)
+                    self.later.add(symbol)
+                    return op
+        return None
 
     def _fill(self, bundle: Bundle, operation: Operation) -> bool:
         """Put the operation into a free slot of the bundle, if there is one."""

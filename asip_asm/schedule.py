@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from asip_asm.dependence import build_graph
 from asip_asm.ir import Bundle, Operation, Output, Program, Region, Register, Virtual
 from asip_asm.machine import Machine, sources
-from asip_asm.search import Problem, Progress, Value, build_problem, search
+from asip_asm.search import Problem, Progress, Value, build_problem, delay_loads, search
 
 DEFAULT_EFFORT = 8000
 """Schedules tried per region, unless a lower bound is reached before."""
@@ -50,7 +50,8 @@ def schedule_program(
     effort = min(effort, max(1, PLACEMENTS // max(1, linear)))
     for region in program.regions:
         if region.bundles is None:
-            times = search(placement.problem(region), effort, progress)
+            problem = placement.problem(region)
+            times = delay_loads(problem, search(problem, effort, progress))
             region.bundles = placement.bundles(region, times)
 
 

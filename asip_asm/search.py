@@ -17,6 +17,7 @@ import bisect
 import heapq
 import itertools
 import random
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
@@ -258,6 +259,30 @@ def pressure(problem: Problem, times: Sequence[int]) -> list[int]:
         step[begin] += 1
         step[last] -= 1
     return [max(itertools.accumulate(step)) for step in steps]
+
+
+def delay_loads(problem: Problem, times: Sequence[int]) -> list[int]:
+    """The schedule with every load as late as its readers, a free slot of a bundle and the write
+    port allow: its register is taken for fewer cycles, the schedule is as long.
+    """
+    graph, late = problem.graph, list(times)
+    used = Counter(zip(problem.lane, late, strict=True))
+    taken = set(late)
+    writes = {t + graph.latency[i] for i, t in enumerate(late) if problem.port[i]}
+    loads = [i for i, op in enumerate(graph.operations) if op.mnemonic == "ld"]
+    for i in sorted(loads, key=lambda i: -late[i]):
+        lane, rank = problem.lane[i], graph.latency[i]
+        end = min((late[j] - distance for j, distance in graph.successors[i]), default=late[i])
+        for cycle in range(end, late[i], -1):
+            free = used[lane, cycle] < problem.lanes[lane] and cycle + rank not in writes
+            if free and cycle in taken and problem.pipe[i] is None:
+                used[lane, late[i]] -= 1
+                used[lane, cycle] += 1
+                writes.remove(late[i] + rank)
+                writes.add(cycle + rank)
+                late[i] = cycle
+                break
+    return late
 
 
 def search(

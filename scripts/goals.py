@@ -66,9 +66,19 @@ AREAS: dict[str, Area] = {
             "clock": "scripts.clock_goals:hardware",
         },
     ),
+    "linuxcnc": Area(
+        "G-code reader against LinuxCNC's interpreter; PROGRAMS=FOLDER adds public programs.",
+        {
+            "samples": "sim.bench.motion.goals_linuxcnc:samples",
+            "programs": "sim.bench.motion.goals_linuxcnc:programs",
+        },
+    ),
     "matrix": Area(
-        "Programs whose constants come from streams: cycles, bits, error.",
-        {"matrix product": "sim.bench.matrix_goals:rows"},
+        "Matrix products: programs whose constants come from streams, and laws on fast.",
+        {
+            "matrix product": "sim.bench.matrix_goals:rows",
+            "laws on fast": "sim.bench.matrix_law_goals:rows",
+        },
     ),
     "motion": Area(
         "Motion front-end: planner, look-ahead, pulses, interpolators.",

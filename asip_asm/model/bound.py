@@ -18,9 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from asip_asm.model.emit import binary32
 from asip_asm.model.functions import MARKED
-from asip_asm.model.graph import Graph
+from asip_asm.model.graph import Graph, binary32
 
 Real = NDArray[np.float64]
 UNIT = 2.0**-24

@@ -18,8 +18,8 @@ import numpy as np
 from asip_asm.c_image import comment, identifier
 from asip_asm.model.c_helpers import C_WORDS, FORMS, FUSED, HELPERS, PRELUDE, TESTS
 from asip_asm.model.compiler import Compiled
-from asip_asm.model.emit import INT_OPERANDS, binary32, literal
-from asip_asm.model.graph import INT_KINDS, LEAVES, Graph, Node, Rewriter
+from asip_asm.model.emit import INT_OPERANDS, literal
+from asip_asm.model.graph import INT_KINDS, LEAVES, Graph, Node, Rewriter, binary32
 from asip_asm.model.law import Law, Port, before
 from asip_asm.model.read import ModelError
 

@@ -97,9 +97,6 @@ COMBINATIONS: dict[str, Combination] = {
     "cosh": Combination(
         np.cosh, 1.3, 0.0, (_symmetric(89.4),), "up to 89.4 in size", "3.4e38",
     ),
-    "tanh": Combination(
-        np.tanh, 2.3, 1e-44, (ALL,), "all finite numbers", "1 with the sign of x",
-    ),
     "asinh": Combination(
         np.arcsinh, 3.0, 1e-44, (_symmetric(6e37),), "up to 6e37 in size", "a wrong number or NaN",
     ),

@@ -7,25 +7,26 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from asip_asm.dependence import build_graph as dependence_graph
-from asip_asm.ir import Operation, Virtual
 from asip_asm.isa import default_isa
 from asip_asm.machine import Machine, load_machine
 from asip_asm.model.balance import balance
 from asip_asm.model.emit import emit
 from asip_asm.model.expand import expand_functions
-from asip_asm.model.graph import LEAVES, Graph
+from asip_asm.model.graph import Graph
 from asip_asm.model.law import Law, build_graph, check_limits
+from asip_asm.model.places import EFFORT, beyond_bank, choose_places, operations
 from asip_asm.model.read import ModelError
 from asip_asm.model.simplify import share_divisors, simplify
 from asip_asm.model.sine import angles, replace_sines
 from asip_asm.model.sums import SumBuilder
 from asip_asm.search import build_problem, length, lower_bound, search
 
-TRIAL_EFFORT = 12
-"""Schedules by which two forms of a program are compared."""
+HELD = 96
+"""Constants outside bank K of which a comparison of sums assumes that registers hold them."""
 RELAXATIONS = (0.04, 0.08, 0.12, 0.16, 0.2, 0.25, 0.5, 0.75, 1.0)
 """Shares of a sum's slack that it may use to save operations: finer where they are small, because
 there the critical path still leaves the sine unit its time.
@@ -41,7 +42,8 @@ class Options:
     `reciprocal`: quotients of one divisor through its reciprocal; `sine`: 'unit', or 'balanced'
     with polynomials for those sines and cosines that would wait for it, or 'pipes' with polynomials
     for all whose angle has known limits. All change roundings.
-    `constants`: at most so many in bank K, the others in data memory (None: all that fit).
+    `constants`: at most so many in bank K (None: all that fit). `registers`: the others may be in
+    registers that keep them from run to run; those left are loaded from data memory.
     """
 
     configuration: str = "fast"
@@ -49,6 +51,7 @@ class Options:
     reciprocal: bool = False
     sine: str = SINES[0]
     constants: int | None = None
+    registers: bool = True
 
 
 @dataclass(frozen=True)
@@ -67,22 +70,28 @@ def compile_law(
     """Program of a law, for `machine` (None: that of the configuration). Raises ModelError."""
     options = options or Options()
     machine = machine or load_machine(options.configuration)
-    check_limits(law)
+    check_limits(law, machine)
     real = expand_functions(simplify(build_graph(law)))
     if options.reciprocal:
         real = simplify(share_divisors(real))
     _check_operations(real, law, machine, options)
 
+    def loaded(form: Graph) -> frozenset[float]:
+        outside = beyond_bank(form, law, options.constants)
+        return frozenset(outside[HELD if options.registers else 0 :])
+
     def cycles(form: Graph) -> int:
-        return trial_cycles(SumBuilder(form, machine, options.reassociate).run(), machine)
+        made = SumBuilder(form, machine, options.reassociate).run()
+        return trial_cycles(made, machine, loaded(made))
 
     if options.sine == "balanced":
         real = balance(real, law, cycles)
     elif options.sine == "pipes":
         known = angles(real, law)
         real = min((replace_sines(real, known, way) for way in (False, True)), key=cycles)
-    graph = choose_sums(real, machine, options)
-    return Compiled(law, options, graph, emit(graph, law, options.constants))
+    graph = choose_sums(real, machine, options, loaded)
+    places = choose_places(graph, law, machine, options.constants, options.registers)
+    return Compiled(law, options, graph, emit(graph, law, machine, places))
 
 
 def without_idle(law: Law, options: Options) -> Options:
@@ -102,8 +111,9 @@ def _check_operations(real: Graph, law: Law, machine: Machine, options: Options)
     fewest = dict.fromkeys(range(len(real.nodes)), math.inf) if options.reassociate else None
     graph = SumBuilder(real, machine, options.reassociate, fewest).run()
     counts: Counter[tuple[int, ...]] = Counter(
-        tuple(machine.slots_of(op)) for op in core_operations(graph)
+        tuple(machine.slots_of(op)) for op in operations(graph)
     )
+    beyond_bank(graph, law, options.constants)
     most = default_isa().program_bundles
     for slots, count in counts.items():
         bundles = -(-count // len(slots))
@@ -114,8 +124,14 @@ def _check_operations(real: Graph, law: Law, machine: Machine, options: Options)
             )
 
 
-def choose_sums(real: Graph, machine: Machine, options: Options) -> Graph:
-    """Core operations of the graph: the form with the shortest trial schedule, of forms as short
+def choose_sums(
+    real: Graph,
+    machine: Machine,
+    options: Options,
+    loaded: Callable[[Graph], frozenset[float]] = lambda _: frozenset(),
+) -> Graph:
+    """Core operations of the graph: the form with the shortest trial schedule, loads of the
+    constants that `loaded` gives included, of forms as short
     with the fewest operations. With `reassociate` the forms are sums joined for the critical path
     and with more and more of their slack spent; where the slots decide, also those with the fewest
     operations and sums as the law writes them.
@@ -137,38 +153,26 @@ def choose_sums(real: Graph, machine: Machine, options: Options) -> Graph:
             if new in slack
         }
         forms.append(SumBuilder(real, machine, True, deadlines).run())
-    return min(forms, key=lambda form: (trial_cycles(form, machine), len(core_operations(form))))
+    return min(
+        forms,
+        key=lambda form: (trial_cycles(form, machine, loaded(form)), len(operations(form))),
+    )
 
 
 def _slack(graph: Graph, machine: Machine) -> dict[int, int]:
     """Cycles by which each operation may be late without a longer program: than the critical path,
     or than the slots, the write port and the units allow if that is longer.
     """
-    order = dependence_graph(core_operations(graph), machine)
+    order = dependence_graph(operations(graph), machine)
     heads, tails = order.heads(), order.tails()
     longest = max(max(tails, default=0), lower_bound(build_problem(order, machine)))
     numbers = (number for number, _ in graph.operations())
     return {i: longest - h - t for i, h, t in zip(numbers, heads, tails, strict=True)}
 
 
-def trial_cycles(graph: Graph, machine: Machine) -> int:
-    """Cycles of a quick schedule of the operations alone, without moves to outputs and states."""
-    operations = core_operations(graph)
-    problem = build_problem(dependence_graph(operations, machine), machine)
-    return length(problem, search(problem, TRIAL_EFFORT))
-
-
-def core_operations(graph: Graph) -> list[Operation]:
-    """The graph for the scheduler: values in registers, leaves in bank K or at hand."""
-    result = []
-    for i, node in graph.operations():
-        sources = {
-            name: Virtual("value", arg)
-            for name, arg in zip("abc", node.args, strict=False)
-            if graph.nodes[arg].op not in LEAVES
-        }
-        operation = Operation(node.op, Virtual("value", i))
-        for name, source in sources.items():
-            setattr(operation, name, source)
-        result.append(operation)
-    return result
+def trial_cycles(graph: Graph, machine: Machine, loaded: frozenset[float] = frozenset()) -> int:
+    """Cycles of a quick schedule of the operations and loads, without moves to outputs and
+    states.
+    """
+    problem = build_problem(dependence_graph(operations(graph, loaded), machine), machine)
+    return length(problem, search(problem, EFFORT))

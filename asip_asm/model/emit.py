@@ -2,20 +2,21 @@
 """Linear assembly of a graph of core operations, with the source expression of every operation as
 its comment.
 
-Constants that find no room in bank K beside inputs and parameters, those read least, are words of
-data memory, loaded once in a run.
+Constants that find no room in bank K after inputs and parameters are states that no operation
+writes, or words of data memory, loaded once in a run (`places`). States have room in all banks of
+registers, not in bank C alone.
 """
 
 from __future__ import annotations
-
-from collections import Counter
 
 import numpy as np
 
 from asip_asm.assembly_text import note, quoted
 from asip_asm.isa import default_isa
-from asip_asm.model.graph import INT_KINDS, LEAVES, Graph, Node
-from asip_asm.model.law import Law, Port, before
+from asip_asm.machine import Machine
+from asip_asm.model.graph import INT_KINDS, LEAVES, Graph, Node, binary32
+from asip_asm.model.law import Law, Port, before, room_for_states
+from asip_asm.model.places import Places
 from asip_asm.model.read import ModelError
 
 INFIX = {
@@ -48,12 +49,6 @@ COMMENT = 60
 """Characters of an expression in a comment."""
 
 
-def binary32(value: float) -> np.float32:
-    """The constant as the core holds it."""
-    with np.errstate(over="ignore"):
-        return np.float32(value)
-
-
 def literal(value: float) -> str:
     """Text that the assembler reads as the binary32 number nearest to `value`."""
     single = binary32(value)
@@ -65,27 +60,40 @@ def literal(value: float) -> str:
     return text
 
 
-def emit(graph: Graph, law: Law, constants: int | None = None) -> str:
-    """Source text of the program, with at most so many constants in bank K (None: all that fit).
-
-    Raises ModelError where a limit of the core is met.
-    """
-    return _Emitter(graph, law, constants).text()
+def emit(graph: Graph, law: Law, machine: Machine, places: Places) -> str:
+    """Source text of the program. Raises ModelError for a constant beyond binary32."""
+    return _Emitter(graph, law, machine, places).text()
 
 
 class _Emitter:
-    def __init__(self, graph: Graph, law: Law, constants: int | None) -> None:
+    def __init__(self, graph: Graph, law: Law, machine: Machine, places: Places) -> None:
         self.graph = graph
         self.law = law
-        self.constants = constants
         self.order = graph.used()
         self.uses = graph.uses()
         self.names: dict[int, str] = {}
         self.expressions: dict[int, str] = {}
         self.body: list[str] = []
         self.taken = {port.name for port in law.ports}
-        self.in_data = self._choose_data()
+        self.rates = {before(port.rate_of) for port in law.of_kind("rate")}
+        self.taken |= self.rates
+        self.in_data = {value: self._free(f"data_{k}") for k, value in enumerate(places.data)}
+        self.held = {
+            value: (self._free(f"held_{bank.lower()}{k}"), bank)
+            for bank, values in places.registers.items()
+            for k, value in enumerate(values)
+        }
+        self.loaded: dict[float, str] = {}
+        self.room = room_for_states(machine)
+        self.room["C"] -= len(self.rates)
         self.last_read = self._last_reads()
+
+    def _free(self, name: str) -> str:
+        """The name, longer if a signal has it."""
+        while name in self.taken:
+            name += "_"
+        self.taken.add(name)
+        return name
 
     def _last_reads(self) -> dict[str, float]:
         """Position of the last operation that reads the old value of each state."""
@@ -95,35 +103,6 @@ class _Emitter:
         ]
         reads += [(float("inf"), nodes[root]) for root in self.graph.roots()]
         return {str(node.value): i for i, node in reads if node.op in ("state", "int_state")}
-
-    # ------------------------------------------------------------------ constants
-    def _choose_data(self) -> list[float]:
-        """Constants that go to data memory."""
-        isa = default_isa()
-        words = sum(p.kind in ("input", "parameter") for p in self.law.ports)
-        reads: Counter[float] = Counter()
-        for i in self.order:
-            node = self.graph.nodes[i]
-            if node.op == "int_const" and node.value != 0:
-                words += 1
-            if node.op == "const" and binary32(node.number) != 0:
-                reads[float(binary32(node.number))] += self.uses[i]
-        room = isa.banks["K"].size - words
-        if room < 0:
-            raise ModelError(
-                f"{self.law.title}: {words} inputs, parameters and integers, bank K holds "
-                f"{isa.banks['K'].size} words; take fewer inputs"
-            )
-        if self.constants is not None:
-            room = min(room, self.constants)
-        ranked = [value for value, _ in reads.most_common()]
-        if len(ranked) - room > isa.data_words:
-            raise ModelError(
-                f"{self.law.title}: {len(ranked)} constants, {max(room, 0)} places are left for "
-                f"them in bank K and {isa.data_words} in data memory; divide the law into several "
-                "functions, or compute constants from others"
-            )
-        return ranked[room:]
 
     # ------------------------------------------------------------------ text
     def text(self) -> str:
@@ -155,11 +134,12 @@ class _Emitter:
             rows.append(_row(f".output   {port.name}, safe = {literal(port.safe)}", port))
         exports = [port.name for port in self.law.of_kind("export")]
         rows += [f".export   {name}" for name in exports]
-        rows += [f".data     {self._data_name(v)} = {literal(v)}" for v in self.in_data]
+        rows += [
+            f".state    {name} = {literal(value)}, pin {bank}"
+            for value, (name, bank) in self.held.items()
+        ]
+        rows += [f".data     {name} = {literal(value)}" for value, name in self.in_data.items()]
         return ["", *rows]
-
-    def _data_name(self, value: float) -> str:
-        return f"data_{self.in_data.index(value)}"
 
     # ------------------------------------------------------------------ operations
     def _operation(self, i: int) -> None:
@@ -200,12 +180,13 @@ class _Emitter:
         if node.op != "const":
             return str(node.value)
         value = float(binary32(node.number))
+        if value in self.held:
+            return self.held[value][0]
         if value in self.in_data:
-            name = f"c{self._data_name(value)}"
-            if name not in self.taken:
-                self.taken.add(name)
-                self._line("ld", [name, self._data_name(value)], literal(value), None)
-            return name
+            if value not in self.loaded:
+                self.loaded[value] = self._free(f"c{self.in_data[value]}")
+                self._line("ld", [self.loaded[value], self.in_data[value]], literal(value), None)
+            return self.loaded[value]
         text = literal(node.number)
         return f"({text})" if text.startswith("-") else text
 
@@ -222,15 +203,18 @@ class _Emitter:
         """Name of the output, export or state that the operation can write itself: a state whose
         old value nothing reads any more.
         """
+        unit = default_isa().operations[self.graph.nodes[i].op].unit
         states = [name for name, root in self.graph.next_states.items() if root == i]
         if len(states) == 1 and self.last_read.get(states[0], -1) <= i:
-            return states[0]
+            pool = "pipes" if unit == "fma" else "C"
+            if self.room[pool]:
+                self.room[pool] -= 1
+                return states[0]
         names = [name for name, root in self.graph.outputs.items() if root == i]
         exports = {port.name for port in self.law.of_kind("export")}
         for name in names:
             if name in exports:
                 return name
-        unit = default_isa().operations[self.graph.nodes[i].op].unit
         if len(names) == 1 and self.uses[i] == 1 and unit != "fma":
             return names[0]
         return None
@@ -242,13 +226,26 @@ class _Emitter:
                 self._line("mov", [name, self.names[root]], "", None)
         moves = {s: self.names[root] for s, root in self.graph.next_states.items()}
         moves = {state: source for state, source in moves.items() if state != source}
-        held = {}
-        for state in moves:  # a state that moves into another one must be read before it is written
-            if state in moves.values():
-                held[state] = f"old_{state}"
-                self._line("mov", [held[state], state], "", None)
-        for state, source in moves.items():
-            self._line("mov", [state, held.get(source, source)], "", None)
+        while moves:  # a state that moves into another one is read before it is written
+            sources = set(moves.values())
+            state = next((state for state in moves if state not in sources), "")
+            if not state:
+                state = next(iter(moves))
+                held = self._free(f"old_{state}")
+                self._line("mov", [held, state], "", None)
+                moves = {s: held if source == state else source for s, source in moves.items()}
+            self._move(state, moves.pop(state))
+
+    def _move(self, state: str, source: str) -> None:
+        """Copy a value to a state: in bank C, or, where that has no room, in the banks of the
+        pipes. The difference to zero is the number itself, its sign included.
+        """
+        if self.room["C"] or state in self.rates:
+            self.room["C"] -= state not in self.rates
+            self._line("mov", [state, source], "", None)
+            return
+        self.room["pipes"] -= 1
+        self._line("fsub", [state, source, "zero"], "a copy", None)
 
     def _line(self, op: str, operands: list[str], expression: str, node: Node | None) -> None:
         text = f"        {op:<8}{', '.join(operands)}"

@@ -18,8 +18,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from asip_asm.model.emit import binary32
-from asip_asm.model.graph import Graph
+from asip_asm.model.graph import Graph, binary32
 from asip_asm.model.ranges import (
     Form,
     Real,

@@ -14,8 +14,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from asip_asm.model.emit import binary32
-from asip_asm.model.graph import Graph, Node
+from asip_asm.model.graph import Graph, Node, binary32
 
 Array = NDArray[np.float32] | NDArray[np.int32] | NDArray[np.uint32]
 Sine = Callable[[NDArray[np.float32], bool], NDArray[np.float32]]

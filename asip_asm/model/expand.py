@@ -40,6 +40,11 @@ ERF = (1.128379225730896, -0.37612637877464294, 0.11283782869577408, -0.02686544
 ERFC = (7.806815147399902, 5.352680683135986, 0.9438923001289368, 0.010854245163500309,
         -0.002167085185647011, 0.00042822014074772596, -6.476102862507105e-05,
         2.0288274754420854e-05, -2.513267816084408e-07)  # fmt: skip
+TANH_ABOVE = (0.014888912439346313, 5.717105159419589e-05)
+TANH_BELOW = (1.0, 0.11311112344264984, 0.001206971937790513, 1.2309012618061388e-06)
+"""tanh(x/2) = (x/2 + x^3 ABOVE(x^2)) / BELOW(x^2), weighted by what its error does to tanh(x)."""
+TANH_FAR = 9.02
+"""The size from which tanh is 1 in binary32."""
 ATAN_MIDDLE, ATAN_FAR = 0.4375, 2.41421356237
 """Sizes from which pi/4 and pi/2 are the base. The first is above tan(pi/8), 0.414: just beyond it
 the roundings around pi/4 weigh most, and the polynomial reaches further.
@@ -181,9 +186,17 @@ class _Expander(Rewriter):
         return self.op("add", half, self.op("div", self.c(0.25), half))
 
     def _tanh(self, x: int) -> int:
-        size = self.op("min", self.op("abs", x), self.c(20.0))
-        u = self._expm1(self.op("add", size, size))
-        return self.op("copysign", self.op("div", u, self.op("add", u, self.c(2.0))), x)
+        """2 n d / (n^2 + d^2) with n/d = tanh(x/2): an error of n/d matters less, the nearer the
+        result is to 1, and no result is above 1.
+        """
+        near = self.op("fsat", x, self.c(-TANH_FAR), self.c(TANH_FAR))
+        square = self.op("fmul", near, near)
+        half = self.op("fmul", near, self.c(0.5))
+        n = self.fma(self.op("fmul", near, square), self.horner(TANH_ABOVE, square), half)
+        d = self.horner(TANH_BELOW, square)
+        above = self.op("fmul", self.op("fadd", n, n), d)
+        below = self.fma(n, n, self.op("fmul", d, d))
+        return self.mark("tanh", self.op("fdiv", above, below), x)
 
     def _asinh(self, x: int) -> int:
         """a / (1 + sqrt(1 + a^2)) is 1 for large a: the square need not grow further."""

@@ -76,6 +76,9 @@ FUNCTIONS: dict[str, Function] = {
         np.arccos, lambda x: (-1 / np.sqrt(np.maximum(1 - x * x, 1e-30)),), 2.2, 1e-44,
         (-1.0, 1.0), "NaN",
     ),
+    "tanh": Function(
+        np.tanh, lambda x: (1 - np.tanh(x) ** 2,), 2.8, 1e-44, EVERYWHERE, "1 with the sign of x"
+    ),
     "erf": Function(
         _erf, lambda x: (2 / math.sqrt(math.pi) * np.exp(-x * x),), 1.8, 1e-44, EVERYWHERE,
         "1 with the sign of x",

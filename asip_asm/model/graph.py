@@ -19,6 +19,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
 Value = float | int | str | None
 
 LEAVES = frozenset({"const", "input", "state", "param", "int_input", "int_state", "int_const"})
@@ -26,6 +28,12 @@ INT_KINDS = frozenset({"int_input", "int_state", "int_const", "iadd", "isub", "f
 ARITHMETIC = frozenset({"add", "sub", "mul", "neg", "div", "sqrt"})
 TESTS = frozenset({"lt", "le", "eq", "not", "and", "or"})
 """Real operations whose value is 0 or 1."""
+
+
+def binary32(value: float) -> np.float32:
+    """The constant as the core holds it."""
+    with np.errstate(over="ignore"):
+        return np.float32(value)
 
 
 @dataclass(frozen=True)

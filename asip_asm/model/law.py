@@ -25,6 +25,7 @@ import casadi as ca
 from asip_asm.diagnostics import closest
 from asip_asm.interface import load_interface
 from asip_asm.isa import default_isa
+from asip_asm.machine import Machine
 from asip_asm.model.graph import Graph
 from asip_asm.model.onnx_file import SUFFIX as ONNX
 from asip_asm.model.onnx_file import OnnxPolicy, load_onnx
@@ -284,22 +285,40 @@ def check_ports(law: Law) -> None:
         )
 
 
-def check_limits(law: Law) -> None:
+WORK = 24
+"""Registers of each bank that states leave to the values of a run."""
+
+
+def room_for_states(machine: Machine) -> dict[str, int]:
+    """States that bank C and the banks of the multiply-add pipes may hold."""
+    sizes = {bank: max(0, machine.bank_sizes[bank] - WORK) for bank in "ABC"}
+    return {"pipes": sizes["A"] + sizes["B"], "C": sizes["C"]}
+
+
+def check_limits(law: Law, machine: Machine) -> None:
     """Raises ModelError for more signals than the core has places."""
     isa = default_isa()
-    states = len(law.of_kind("state")) + len(law.of_kind("rate"))
+    rates = len(law.of_kind("rate"))
+    states = len(law.of_kind("state")) + rates
+    room = room_for_states(machine)
     words = sum(p.kind in ("input", "parameter") for p in law.ports)
     outputs = len(law.of_kind("output"))
-    most, registers = isa.banks["K"].size, isa.banks["C"].size
+    most, registers = isa.banks["K"].size, sum(room.values())
     if words > most:
         raise ModelError(
             f"{law.title}: {words} inputs and parameters, bank K holds {most} words; "
             + ("make parameters [constants]" if law.of_kind("parameter") else "take fewer inputs")
         )
+    if rates > room["C"]:
+        raise ModelError(
+            f"{law.title}: {rates} rates, the core has {room['C']} registers for the last counts; "
+            "take fewer, or divide the law into several functions"
+        )
     if states > registers:
         raise ModelError(
             f"{law.title}: {states} states (each rate has one), the core has {registers} registers "
-            "for them; take fewer, or divide the law into several functions"
+            f"for them, {WORK} of each bank left to other values; take fewer, or divide the law "
+            "into several functions"
         )
     if outputs > isa.outputs:
         raise ModelError(

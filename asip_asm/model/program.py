@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from asip_asm.image import Image
 from asip_asm.model.compiler import DIVIDE, Compiled
 from asip_asm.model.read import ModelError
 from asip_asm.report import Report, report_program
+from asip_asm.search import Progress
 
 
 @dataclass(frozen=True)
@@ -35,14 +37,18 @@ class Built:
         return self.report.sections[0].bound
 
 
-def build(compiled: Compiled, path: Path) -> Built:
-    """Write the source text to `path` and assemble it. Raises AssemblyError, OSError; ModelError
-    where the program meets a limit of the core.
+def build(
+    compiled: Compiled, path: Path, progress: Callable[[Progress], None] | None = None
+) -> Built:
+    """Write the source text to `path` and assemble it; `progress` is called during the search for a
+    schedule. Raises AssemblyError, OSError; ModelError where the program meets a limit of the core.
     """
     with open_output(path) as file:
         file.write(compiled.text)
     try:
-        program, machine = build_program(path, configuration=compiled.options.configuration)
+        program, machine = build_program(
+            path, configuration=compiled.options.configuration, progress=progress
+        )
         image = encode(program, machine, path)
     except AssemblyError as error:
         limits = [found.message for found in error.diagnostics if found.place is None]

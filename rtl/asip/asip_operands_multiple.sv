@@ -149,19 +149,24 @@ module asip_operands_multiple #(
   // A word of a stream comes where one of bank K does.
   generate
     if (StreamWords != 0) begin : gen_streams
-      logic [1:0][31:0] stream_r2_q;
-      always_ff @(posedge clk_i) stream_r2_q <= stream_r1_i;
-      for (p = 0; p < Ports; p++) begin : gen_stream
-        if (p < 3 * FmaPipes) begin : gen_pipe
-          logic streams_r2_q;
-          always_ff @(posedge clk_i) streams_r2_q <= bank_r1_q[p] == asip_isa_pkg::BANK_S;
-          assign streams_r2[p] = streams_r2_q;
-          assign stream_r2[p]  = stream_r2_q[p/3];
-        end else begin : gen_aux
-          assign streams_r2[p] = 1'b0;
-          assign stream_r2[p]  = '0;
+      for (p = 0; p < FmaPipes; p++) begin : gen_pipe
+        logic [31:0] word_r2_q;
+        logic [2:0] streams_r2_q;
+
+        always_ff @(posedge clk_i) begin
+          word_r2_q    <= stream_r1_i[p];
+          streams_r2_q <= {
+            bank_r1_q[3*p+2] == asip_isa_pkg::BANK_S,
+            bank_r1_q[3*p+1] == asip_isa_pkg::BANK_S,
+            bank_r1_q[3*p] == asip_isa_pkg::BANK_S
+          };
         end
+
+        assign streams_r2[3*p+:3] = streams_r2_q;
+        assign stream_r2[3*p+:3]  = {3{word_r2_q}};
       end
+      assign streams_r2[Ports-1:3*FmaPipes] = '0;
+      assign stream_r2[Ports-1:3*FmaPipes]  = '0;
     end else begin : gen_no_streams
       logic unused_streams;
       assign streams_r2     = '0;

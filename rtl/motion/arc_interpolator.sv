@@ -3,9 +3,11 @@
 // equation at the centre of the grid square being crossed (half-step extrapolation).
 // Contract: start_i takes the nodes, start_u^2 + start_v^2 - R^2 and the direction. Every advance_i with
 // ready_o gives one step on step_o/negative_o {v, u} with valid_o a clock later; steps take two. It ends
-// on its end node, which must be one nearest the circle; start = end is a whole turn, turns_i more are added.
-// Elementary steps move one axis, each node within 1/2 step of the circle along the diagonal; combined
-// ones may move both, within 1/2 step of it. The origin is neither start nor end.
+// on its end node; start = end is a whole turn, turns_i more are added. Start and end have N = u^2 + v^2 - R^2
+// with -(|u| + |v|) <= N < |u| + |v|: within 1/2 step of the circle along the diagonal, so up to 1/sqrt(2) step
+// off. The origin is neither. Elementary steps move one axis, and every node keeps that bound. Combined ones
+// may move both; if -m <= N < m, m = max(|u|, |v|), holds for start and end, it holds for every node, which is
+// then within 1/2 step of the circle along an axis. If not, nodes keep the bound of start and end alone.
 module arc_interpolator #(
     parameter int unsigned Width    = 24,
     parameter int unsigned TurnBits = 8

@@ -26,7 +26,7 @@ module step_output #(
     // drive
     output logic                step_o,
     output logic                direction_o,  // 1: negative
-    output logic signed [31:0]  position_o,   // steps sent since reset
+    output logic signed [31:0]  position_o,   // steps sent since reset, modulo 2^32
     output logic                idle_o,
     output logic                overrun_o
 );

@@ -13,9 +13,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from asip_asm.pace import Pace
 from asip_asm.project import BUILD, ROOT
 from sim.core.fpbench.campaign import finished, run
-from sim.report.goals import Pace
 
 STORE = BUILD / "law_results"
 SOURCES = ("asip_asm", "sim")

@@ -24,6 +24,7 @@ from asip_asm.model.certificate import Certificate
 from asip_asm.model.compiler import Compiled
 from asip_asm.model.exact import Array, evaluate
 from asip_asm.model.law import Law, Port, before
+from asip_asm.pace import Pace
 from sim.core.api import Core
 from sim.laws.prove_casadi import truth_of
 from sim.laws.prove_reference import RobotTruth, Truth
@@ -163,7 +164,10 @@ def prove(
     with Core(image, backend=backend) as core:
         sizes = (min(BATCH, count - begin) for begin in range(0, count, BATCH))
         drawn = (draw_ticks(law, size, rng, sample) for size in sizes)
+        pace, done = Pace("proof: inputs", count), 0
         for inputs, states in itertools.chain(points, drawn):
+            pace.at(done)
+            done += len(next(iter(inputs.values()), ()))
             core.preset({name: value[0].item() for name, value in states.items()})
             ticks = core.batch(
                 inputs, read=[*states, *(n for n in outputs if n not in core.outputs)]

@@ -4,10 +4,8 @@
 from __future__ import annotations
 
 import json
-import sys
-import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -16,8 +14,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from asip_asm.files import write_text
+from asip_asm.pace import Pace
 
-PACE_SECONDS = 10.0
 Item = TypeVar("Item")
 NOT_MEASURED, SAMPLED = "not measured", "sampled"
 
@@ -65,27 +63,6 @@ def depth(name: str, value: float, limit: float, unit: str, cure: str) -> Goal:
     cure: the command that tries them all.
     """
     return Goal(name, value, unit, f">= {limit:g}", True if value >= limit else None, cure)
-
-
-@dataclass
-class Pace:
-    """Reports on the error stream how much of a campaign is done and how long the rest may take: at
-    most every `PACE_SECONDS`, so that a log stays short.
-    """
-
-    what: str
-    total: int
-    begun: float = field(default_factory=time.monotonic)
-    shown: float = field(default_factory=time.monotonic)
-
-    def at(self, done: int) -> None:
-        """Some of the campaign is done."""
-        now = time.monotonic()
-        if 0 < done < self.total and now - self.shown >= PACE_SECONDS:
-            self.shown = now
-            left = (now - self.begun) / done * (self.total - done)
-            text = f"{self.what}: {done} of {self.total}, about {left:.0f} s left"
-            print(text, file=sys.stderr, flush=True)
 
 
 def paced(items: Sequence[Item], what: str) -> Iterator[Item]:

@@ -105,6 +105,15 @@ class Edges:
         )
 
 
+def extended(position: int, word: int) -> int:
+    """Steps sent in all, from the register POSITION, which counts them modulo 2^32.
+
+    position: the result of the last read, at most 2^31 - 1 steps ago.
+    """
+    moved = (word - position) % (1 << 32)
+    return position + moved - (1 << 32 if moved >> 31 else 0)
+
+
 class MotionRtl(Verilated):
     """One front-end of five axes at 100 MHz, just out of reset, with or without interpolators."""
 
@@ -129,6 +138,7 @@ class MotionRtl(Verilated):
         }
         super().__init__(path, signatures)
         self._heads = [0] * self.AXES
+        self._positions = [0] * self.AXES  # as last read
 
     def write(self, register: str, value: int) -> None:
         """Write a register by name."""
@@ -146,9 +156,9 @@ class MotionRtl(Verilated):
         return word
 
     def position(self, axis: int) -> int:
-        """Steps sent by an axis."""
-        word = self.read("POSITION", axis)
-        return word - (1 << 32) if word >> 31 else word
+        """Steps sent by an axis since reset, if it is read at least once in 2^31 steps."""
+        self._positions[axis] = extended(self._positions[axis], self.read("POSITION", axis))
+        return self._positions[axis]
 
     def status(self, field: str) -> int:
         """One field of STATUS, a bit per axis."""

@@ -119,6 +119,20 @@ def test_spilling_the_tracking_law__uses_data_memory_and_keeps_the_results(confi
     assert run_bundles(program, words) == written
 
 
+def test_constant_that_gives_way_before_it_is_read__is_loaded_once():
+    build = Builder()
+    values = [build.op("ld", imm=i, name=f"x{i}") for i in range(8)]
+    for value in values:
+        build.output("fabs", value)
+    build.program.data = list(range(8))
+    arrange(build.program, with_banks(FAST, 4), in_order=True)
+    loads = [op.imm for op in operations_of(build.program) if op.mnemonic == "ld"]
+    assert sorted(loads) == list(range(8))
+    copies = [op.dst for op in operations_of(build.program) if "~" in str(op.symbols)]
+    assert not copies
+    assert all(op.mnemonic != "st" for op in operations_of(build.program))
+
+
 def test_no_data_word_left_to_spill__names_the_value():
     build = Builder()
     values = [build.op("mov", K0, name=f"x{i}") for i in range(4)]

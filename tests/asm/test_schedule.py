@@ -3,6 +3,7 @@
 
 import copy
 import random
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from asip_asm import schedule, search
 from asip_asm.allocate import allocate_registers
 from asip_asm.assemble import parse_program
+from asip_asm.dependence import build_graph
 from asip_asm.ir import (
     Bundle,
     Operation,
@@ -353,3 +355,25 @@ def test_empty_halting_program__is_one_bundle_of_nops():
     program = Program(regions=[Region(halt=True)])
     schedule_program(program, FAST)
     assert [(b.slots, b.halt) for b in program.regions[0].bundles] == [([None] * 3, True)]
+
+
+def test_loads_are_delayed__and_the_schedule_is_as_long():
+    machine, build = FAST, Builder()
+    loads = [build.op("ld", imm=i) for i in range(12)]
+    total = build.op("fmul", loads[0], loads[1])
+    for value in loads[2:]:
+        total = build.op("fmadd", total, value, value)
+    graph = build_graph(build.region.operations, machine)
+    problem = search.build_problem(graph, machine)
+    early = search.place(problem, range(len(build.region.operations)), True)
+    late = search.delay_loads(problem, early)
+    assert search.length(problem, late) == search.length(problem, early)
+    assert set(late) <= set(early)
+    assert all(b >= a for a, b in zip(early, late, strict=True))
+    assert sum(late) > sum(early)
+    for i, edges in enumerate(graph.successors):
+        assert all(late[j] >= late[i] + distance for j, distance in edges)
+    lanes = Counter(zip(problem.lane, late, strict=True))
+    assert all(count <= problem.lanes[lane] for (lane, _), count in lanes.items())
+    writes = [t + graph.latency[i] for i, t in enumerate(late) if problem.port[i]]
+    assert len(writes) == len(set(writes))

@@ -142,7 +142,7 @@ def test_runs_at_the_same_time__of_two_producers__lose_nothing(area, tmp_path):
 
 def test_pace__reports_what_is_left__but_not_too_often(monkeypatch, capsys):
     clock = iter((0.0, 0.0, 1.0, 20.0, 21.0))
-    monkeypatch.setattr("sim.report.goals.time.monotonic", lambda: next(clock))
+    monkeypatch.setattr("asip_asm.pace.time.monotonic", lambda: next(clock))
     pace = Pace("files", 10, next(clock), next(clock))
     for done in (1, 5, 6):
         pace.at(done)

@@ -135,7 +135,7 @@ class DriveTiming(Observer):
             "and until the hold is over": logic.implies(
                 turns, logic.all(logic.no(step), logic.no(after), logic.ule(hold, own["level"]))
             ),
-            "a step counts as one in its direction": logic.eq(
+            "a step counts as one in its direction, modulo 2^32": logic.eq(
                 moved, logic.ite(rises, one, logic.bv(32, 0))
             ),
             "a request refused sets overrun_o until it is cleared": logic.eq(

@@ -12,7 +12,8 @@ from rich.console import Console
 from rich.table import Table
 
 from asip_asm.command import command, command_parser
-from sim.report.goals import Goal, Pace, as_json, at_most, depth, missed, write_goals
+from asip_asm.pace import Pace
+from sim.report.goals import Goal, as_json, at_most, depth, missed, write_goals
 from tests.fuzz.campaigns import CAMPAIGNS
 from tests.fuzz.engine import CPU_SECONDS, MEMORY_BYTES, Campaign, Result, replay, run_campaign
 

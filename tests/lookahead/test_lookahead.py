@@ -298,7 +298,7 @@ ODD = {
     "table alone": "G64 P.01\nG1 A10 F3000\nC20\nA0 C0\nG0 A5\nM2",
     "slow": "G64 P.01\nG1 X.01 F.5\nY.01\nM2",
     "dwells": "G4 P.01\nG4 P0\nG64 G1 X1 F15000\nG4 P.02\nG4 P.03\nX2\nY1\nG4 P.05\nM2",
-    "merged": "G64 P.02 Q.01\nG1 X1 Y.005 F15000\nX2 Y0\nX3 Y.005\nX4 Y-.004\nX5\nY5\nM2",
+    "merged": "G64 P.02 Q.01\nG1 X.1 Y.005 F15000\nX.2 Y0\nX.3 Y.005\nX.4 Y-.004\nX.5\nY5\nM2",
     "table frame": "G64 P.01\nG43.4\nG0 X30\nG1 Y10 F6000\nA20 C30\nG3 X20 Y0 R10\nG49 G1 X0\nM2",
 }
 
@@ -352,7 +352,7 @@ def test_dwell__between_moves__rests_for_its_time():
 def test_merged__lines_within_q__are_one_line_within_q():
     items = moves_of(ODD["merged"])
     points, run = sampled(items, SMOOTH)
-    assert run.summary.blends + run.summary.turns == 1
+    assert run.summary.blends + run.summary.turns + run.summary.stops == 1
     corners = np.array([items[0].start[:3], *(move.end[:3] for move in items)])
     off = distance_to_polyline(points.position[:, :3] * 1e3, corners)
     assert 0.001 < off.max() <= 0.01 + 0.02

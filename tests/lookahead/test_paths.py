@@ -52,7 +52,8 @@ def test_paths__random_ones_that_no_weight_was_chosen_on__never_take_longer(monk
         ("A-G-H", 0.01, 11.93),
         ("raster, 12 lines of 20 mm, 2 mm apart", 0.05, 6.90),
         ("raster, 30 lines of 8 mm, 0.1 mm apart", 0.05, 6.74),  # blends gain by twos only
-        ("circle, chords of 1 and 0.02 mm", 0.02, 1.75),
+        ("circle, chords of 1 and 0.02 mm", 0.02, 1.69),
+        ("circle, chords of 0.1 mm", 0.02, 1.69),
     ],
 )
 def test_paths__of_known_times__reach_them(name, tolerance, most):

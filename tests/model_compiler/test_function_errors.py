@@ -55,8 +55,8 @@ BRANCHES = {
     "log1p": [x - 1 for x in POWERS_OF_2 if x > 0.1],
     "atan": [expand.ATAN_MIDDLE, expand.ATAN_FAR], "asin": [0.5], "acos": [0.5],
     "erf": [1.0, 4.0], "tan": [k * math.pi / 2 for k in range(1, 163)], "sinh": [0.5],
-    "tanh": [0.25, 20.0], "asinh": [expand.LARGE], "cosh": [(k + 0.5) * math.log(2) for k in
-    range(129)],
+    "tanh": [0.25, expand.TANH_FAR], "asinh": [expand.LARGE],
+    "cosh": [(k + 0.5) * math.log(2) for k in range(129)],
 }  # fmt: skip
 """Where the program of a function changes its reduction or polynomial."""
 WHOLE = {name: [k / 2 for k in range(-64, 65)] for name in ("floor", "ceil")}

@@ -260,10 +260,10 @@ REFUSED = {
     ),
     "too many states": (
         law(
-            {"z": (z := ca.SX.sym("z", 65))}, {"z_next": z, "y": z[0]},
-            [*vector("state", "z", 65), Port("output", "y")],
+            {"z": (z := ca.SX.sym("z", 121))}, {"z_next": z, "y": z[0]},
+            [*vector("state", "z", 121), Port("output", "y")],
         ),
-        "65 states .* the core has 64 registers",
+        "121 states .* the core has 120 registers",
     ),
     "name of a last count": (
         law(

@@ -13,7 +13,7 @@ from sim.motion.planner.phases import Phase, State
 from sim.motion.planner.pulse_records import PulseRecordError, pulse_counted, time_exact
 from sim.motion.planner.ramp_time import RampTimePlan, ramp_time_plan
 from sim.rtl.gen.motion_regmap import REGMAP
-from sim.rtl.motion_rtl import CLOCK_HZ, Edges, MotionError, MotionRtl
+from sim.rtl.motion_rtl import CLOCK_HZ, Edges, MotionError, MotionRtl, extended
 from sim.rtl.phase_record import FIRST, LAST, UNITS_PER_PULSE, Record
 from tests.bench.seed import SEED
 
@@ -421,3 +421,14 @@ def test_drive_timing__reversals_without_rest__kept_on_every_edge(case):
     assert np.count_nonzero(np.diff(seen.direction.astype(int), prepend=0)) == 7, what
     found = seen.drive_times(0)
     assert found.kept(*times), f"{what}: {found}"
+
+
+def test_position__read_within_2_31_steps__is_extended_beyond_the_register():
+    # That the register counts every step modulo 2^32 is proved: tests/formal_motion/drive.py.
+    ends = [2**31 - 1, 1, 2**32, 2**33, 2**32 + 1, 0, -(2**31), -(2**31) - 1, -(2**33), 0]
+    position = 0
+    for end in ends:
+        while position != end:
+            there = position + max(-(2**31), min(2**31 - 1, end - position))
+            position = extended(position, there % 2**32)
+            assert position == there

@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import functools
+import math
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
@@ -169,9 +171,20 @@ def test_arc__random_nodes_and_turns__ends_exactly_and_turns_as_asked():
         assert all((2 * (near + squared) - 1) ** 2 <= 16 * near * squared + 64 * squared), what
 
 
+def near_circle(node: Sequence[int], squared: int, size: Callable[[tuple[int, int]], int]) -> bool:
+    """Whether -m <= N < m; m: the greater coordinate (max), or the sum of both (sum)."""
+    most = size((abs(node[0]), abs(node[1])))
+    return -most <= node[0] ** 2 + node[1] ** 2 - squared < most
+
+
 @pytest.mark.parametrize("combined", MODES)
 def test_arc__every_pair_of_nodes_that_a_command_may_have__in_one_turn(combined):
-    """Any nodes between whose neighbours the circle passes, rounded points of it or not."""
+    """Any nodes between whose neighbours the circle passes, rounded points of it or not.
+
+    Every node is within half a step of the circle along the diagonal; combined ones are along an
+    axis if start and end are. So some are more than half a step off.
+    """
+    farthest: list[float] = []
     for squared in (*range(1, 9), 13, 25, 27):
         reach = range(-8, 9)
         begins = [
@@ -182,13 +195,18 @@ def test_arc__every_pair_of_nodes_that_a_command_may_have__in_one_turn(combined)
         ]
         for start in begins:
             for end in begins:
+                close = combined and all(near_circle(x, squared, max) for x in (start, end))
                 for clockwise in (False, True):
                     what = (start, end, squared, clockwise)
                     at = nodes(rtl().arc(start, end, squared, clockwise, combined), start)
                     assert tuple(at[-1]) == end, what
+                    farthest.append(max(abs(math.hypot(*x) - squared**0.5) for x in at.tolist()))
+                    bound = max if close else sum
+                    assert all(near_circle(x, squared, bound) for x in at.tolist()), what
                     swept = np.unwrap(np.arctan2(*np.vstack([start, at]).T[::-1]))
                     turned = (swept[-1] - swept[0]) * (-1 if clockwise else 1)
                     assert 0 < turned < 2 * np.pi + 1e-6, what
+    assert 0.5 < max(farthest) <= math.sqrt(0.5)
 
 
 def test_planes__same_steps_on_the_plane_s_axes():

@@ -132,6 +132,30 @@ def path_times(counts: Counts, rows: Rows) -> Measured:
     return "; ".join(f"{time:.3f} s" for time in found), met
 
 
+@FEATURES.feature(
+    "circles of 10 mm in short chords, P 0.02: time by the least at the feed",
+    "-",
+    "<= 1.03, chords of 1 and 0.02, of 0.1, of 0.3, 2 and 0.05 mm",
+    "make test T=test_paths",
+)
+def short_chords(counts: Counts, rows: Rows) -> Measured:
+    """Path times of chords against a lower bound.
+
+    The bound: the approach as it is, then the circle's length inside the tolerance at the feed with
+    one rise and one fall of the speed, each under the limits of the tool alone.
+    """
+    settings, p = LookaheadSettings(), 0.02
+    tool, feed = MachineLimits.of(settings.robot).tool, lookahead_paths.FEED / 60e3
+    ramp = feed / tool.acceleration + tool.acceleration / tool.jerk  # with its jerk
+    least = 2 * math.pi * (0.010 - p / 1e3) / feed + ramp
+    approach = lookahead_paths.approach_time()
+    found = [
+        (lookahead_paths.path_time(name, f"G64 P{p}", settings) - approach) / least
+        for name in lookahead_paths.CHORDS
+    ]
+    return "; ".join(f"{ratio:.4f}" for ratio in found), max(found) <= 1.03
+
+
 @functools.cache
 def _campaign(count: int) -> list[stress.Outcome]:
     """The random programs, run once for the rows that need them."""

@@ -91,7 +91,8 @@ def _model(options: argparse.Namespace) -> int:
     refuse_overwriting(paths, [path for part in options.parts for path in part if path])
     laws = [_law(options, *part, settings) for part in options.parts]
     points = load_points(options.points, laws[0][0]) if options.points else []
-    base = Options(options.config, constants=options.constants)
+    # Each of several functions keeps its registers from run to run: constants would take them all.
+    base = Options(options.config, constants=options.constants, registers=not several)
     free = (options.reassociate, options.reciprocal, options.sine)
     if not options.best:
         free = (bool(options.reassociate), bool(options.reciprocal), options.sine or SINES[0])

@@ -20,6 +20,7 @@ from asip_asm.model.exact import Array
 from asip_asm.model.law import Law
 from asip_asm.model.program import Built, build
 from asip_asm.model.read import ModelError
+from asip_asm.pace import Pace
 from sim.laws.prove_program import draw_ticks
 
 POINTS = 200
@@ -52,7 +53,8 @@ class Forms:
     def _program(self, options: Options) -> Built:
         compiled = compile_law(self.law, options)
         with tempfile.TemporaryDirectory(prefix="microtick-") as folder:
-            return build(compiled, Path(folder) / "law.s")
+            pace = Pace(f"{self.law.title}: schedules", 0)
+            return build(compiled, Path(folder) / "law.s", lambda p: pace.at(p.tried, p.effort))
 
     def ranked(
         self, allowed: list[Options], progress: Callable[[str], None] = lambda _: None

@@ -8,18 +8,22 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from asip_asm.machine import load_machine
 from asip_asm.model.c_code import unfused
 from asip_asm.model.compiler import Compiled
 from asip_asm.model.emit import emit
 from asip_asm.model.exact import Array, Sine, evaluate
+from asip_asm.model.places import choose_places
 from sim.laws.native.law import NativeLaw, Ran
 from sim.laws.prove_program import BATCH, draw_ticks
 
 
 def separate(compiled: Compiled) -> Compiled:
     """The program whose multiply-adds are a product and a sum."""
-    graph = unfused(compiled.graph)
-    return dataclasses.replace(compiled, graph=graph, text=emit(graph, compiled.law))
+    graph, law, options = unfused(compiled.graph), compiled.law, compiled.options
+    machine = load_machine(options.configuration)
+    places = choose_places(graph, law, machine, options.constants, options.registers)
+    return dataclasses.replace(compiled, graph=graph, text=emit(graph, law, machine, places))
 
 
 def first_difference(

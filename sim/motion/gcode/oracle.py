@@ -21,14 +21,14 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from asip_asm.command import command, script_parser
-from asip_asm.files import read_text, write_text
+from asip_asm.files import read_bytes, read_text, write_text
 from sim.motion.gcode.interpreter import GcodeErrors, parse
 from sim.motion.gcode.oracle_splines import Point
 from sim.motion.gcode.oracle_splines import blocks as preview_blocks
@@ -344,7 +344,7 @@ def differences(text: str) -> list[str]:
 
 @dataclass
 class Samples:
-    """LinuxCNC's sample programs by what became of them, as file names.
+    """Programs by what became of them, such as LinuxCNC's samples, as file names.
 
     refused: we refuse what rs274 runs, with our first reason; unfit: rs274 itself refuses (tools,
     probes, subroutines called from elsewhere); moving: of those that it runs, with moves.
@@ -378,9 +378,14 @@ def compare_samples() -> Samples:
     files = sorted(folder.glob("*.ngc")) if folder else []
     if not files:
         raise OracleError("LinuxCNC's samples are missing: run python -m sim.motion.gcode.oracle")
+    return compare_files(files)
+
+
+def compare_files(files: Sequence[Path]) -> Samples:
+    """Both interpreters on these programs. Raises OracleError where LinuxCNC is missing."""
     found = Samples()
     for file in files:
-        text = file.read_text(encoding="utf-8", errors="replace")
+        text = read_bytes(file, MAX_BYTES, "a G-code program").decode(errors="replace")
         try:
             theirs = rs274(text)
         except OracleError as error:

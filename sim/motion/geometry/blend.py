@@ -138,7 +138,7 @@ class Blends:
         """Point and derivatives by the length, up to `order`, each (m, 5) in path space."""
         derivatives = self._derivatives(which, u, order)
         derivatives[0] = derivatives[0] + self.origin[which]
-        return _by_length(derivatives)
+        return by_length(derivatives)
 
     def parameter(self, which: NDArray[np.int64], s: FloatArray) -> FloatArray:
         """Parameter at which the length s (m,) is run: Newton from the nodes, to rounding."""
@@ -160,7 +160,7 @@ class Blends:
         return self.at_parameters(which, self.parameter(which, s), order)
 
 
-def _by_length(derivatives: list[FloatArray]) -> list[FloatArray]:
+def by_length(derivatives: list[FloatArray]) -> list[FloatArray]:
     """Derivatives by the length from those by the parameter (chain rule)."""
     point, d1 = derivatives[:2]
     rate = 1.0 / np.maximum(np.linalg.norm(d1, axis=1), 1e-300)[:, None]  # du/ds

@@ -15,9 +15,9 @@ import numpy as np
 from sim.motion.geometry.blend import SCALE
 from sim.motion.geometry.curves import FloatArray
 from sim.motion.geometry.turn import Turn
-from sim.motion.lookahead.elements import Element, pieces_of
+from sim.motion.lookahead.elements import Element, kind_of, pieces_of
 from sim.motion.lookahead.limits import MARGIN, speeds
-from sim.motion.lookahead.segments import Segment
+from sim.motion.lookahead.segment import Segment
 from sim.motion.lookahead.settings import LookaheadSettings
 from sim.robot.kinematics import inverse_velocity
 
@@ -37,14 +37,14 @@ def end_limits(
 ) -> tuple[FloatArray, FloatArray]:
     """Speed and acceleration (n,) of the last, or first, cells of the segments."""
     speed, acceleration = np.zeros(len(segments)), np.zeros(len(segments))
-    for curved in (False, True):
-        rows = [n for n, each in enumerate(segments) if (each.curve is not None) == curved]
+    for kind in ("line", "arc", "run"):
+        rows = [n for n, each in enumerate(segments) if kind_of(each) == kind]
         if not rows:
             continue
         parts = []
         for n in rows:
             segment = segments[n]
-            length = min(segment.length, LONGEST_CELL)
+            length = min(segment.length, LONGEST_CELL, segment.cell)
             begin = segment.length - length if at_end else 0.0
             element = Element(length, segment.line, segment.move, segment, begin)
             parts.append((element, begin, begin + length))

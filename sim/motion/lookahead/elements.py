@@ -4,15 +4,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sim.motion.geometry.blend import Blends
 from sim.motion.geometry.curves import FloatArray
+from sim.motion.geometry.smoothed import Smoothed
 from sim.motion.geometry.turn import Turn
 from sim.motion.lookahead.limits import SHARES, Pieces
-from sim.motion.lookahead.segments import Segment
+from sim.motion.lookahead.segment import Segment
+
+EXAMINED = 9  # points of a part of a run
+
+
+def kind_of(segment: Segment) -> str:
+    """line, arc or run."""
+    if segment.curve is None:
+        return "line"
+    return "run" if isinstance(segment.curve, Smoothed) else "arc"
 
 
 @dataclass(eq=False)
@@ -30,11 +41,11 @@ class Element:
 
     @property
     def kind(self) -> str:
-        """line, arc, blend, turn or stop."""
+        """line, arc, run, blend, turn or stop."""
         if self.turn is not None:
             return "turn"
         if self.segment is not None:
-            return "line" if self.segment.curve is None else "arc"
+            return kind_of(self.segment)
         return "stop" if self.blends is None else "blend"
 
     def end(self) -> FloatArray:
@@ -47,7 +58,7 @@ class Element:
 
 
 def pieces_of(parts: list[tuple[Element, float, float]]) -> Pieces:
-    """Lines or arcs (all of one kind), examined at three points each."""
+    """Lines, arcs or runs (all of one kind), examined at some points each."""
     share = np.full(len(parts), SHARES[0])
     feed = np.array([element.segment.feed for element, _, _ in parts])
     if parts[0][0].segment.curve is None:
@@ -60,6 +71,14 @@ def pieces_of(parts: list[tuple[Element, float, float]]) -> Pieces:
         d1 = np.broadcast_to(direction[:, None], q.shape)
         zero = np.zeros_like(q)
         return Pieces(q, d1, zero, zero, feed, share)
+    if parts[0][0].kind == "run":
+        found = []
+        for segment, group in groupby(parts, key=lambda part: part[0].segment):
+            edges = np.array([part[1:] for part in group])
+            if segment is not None and isinstance(segment.curve, Smoothed):
+                found.append(segment.curve.examined(edges[:, 0], edges[:, 1], EXAMINED))
+        q, d1, d2, d3 = (np.concatenate(each) for each in zip(*found, strict=True))
+        return Pieces(q, d1, d2, d3, feed, share)
     values = []
     for element, begin, end in parts:
         s = np.array([begin, (begin + end) / 2, end])
@@ -93,6 +112,14 @@ def evaluate(
         rows = np.flatnonzero(owner == n)
         element = elements[n]
         q[rows], d1[rows], d2[rows] = element.segment.at(s[rows] + element.offset)
+    rows = np.flatnonzero(kind == "run")
+    if len(rows):
+        runs = {id(element.segment): element.segment for element in elements if element.segment}
+        run = np.array([id(element.segment) for element in elements])[owner[rows]]
+        offset = np.array([element.offset for element in elements])[owner[rows]]
+        for number in np.unique(run):
+            own = rows[run == number]
+            q[own], d1[own], d2[own] = runs[number].at(s[own] + offset[run == number])
     rows = np.flatnonzero(kind == "blend")
     if len(rows):
         sources = {id(e.blends): e.blends for e in elements if e.blends is not None}

@@ -20,7 +20,7 @@ from sim.motion.geometry.curves import FloatArray
 from sim.motion.geometry.turn import Turn
 from sim.motion.lookahead import choice
 from sim.motion.lookahead.limits import SHARE_ANGLES, SHARES, Pieces, speeds
-from sim.motion.lookahead.segments import Segment
+from sim.motion.lookahead.segment import Segment
 from sim.motion.lookahead.settings import LookaheadSettings
 
 SHORTEST_BLEND = 1e-7  # distance from the corner [m] below which the joint is a stop
@@ -85,7 +85,9 @@ class Joints:
         smooth = (self.angle <= SMOOTH) & (jump <= SMOOTH * np.maximum(1.0, curvature))
         if not limits.jerk_limited:
             smooth |= (self.angle <= SMOOTH) & (within == 0.0)
-        room = np.minimum(self._lesser("length") / 2, 0.25 / np.maximum(curvature, 1e-9))
+        ends = [segment.room(at_end=True) for segment in segments[:-1]]
+        starts = [segment.room(at_end=False) for segment in segments[1:]]
+        room = np.minimum(np.minimum(ends, starts), 0.25 / np.maximum(curvature, 1e-9))
         self.feed, self.tool_feed = self._lesser("feed"), self._lesser("tool_feed")
         wanted = np.flatnonzero(~smooth & (within > 0.0) & (self.angle < LARGEST_ANGLE))
         distance = np.zeros(count)

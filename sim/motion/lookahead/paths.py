@@ -115,6 +115,14 @@ PATHS = {
     "random lines of 1 to 20 mm with the table": lambda: walk(4, 40, 1, 20, True),
 }
 
+CHORDS = tuple(name for name in PATHS if name.startswith("circle"))
+
+
+def approach_time() -> float:
+    """Time of the rapid move before the circles in chords [s]."""
+    program = parse("G21 G90 G0 X10\nM2")
+    return float(Lookahead(program.moves, LookaheadSettings()).duration())
+
 
 def path_time(name: str, control: str, settings: LookaheadSettings | None = None) -> float:
     """Time of a path [s] with G61, or G64 and words."""

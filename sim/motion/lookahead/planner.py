@@ -16,21 +16,23 @@ import math
 from collections import deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from itertools import islice
+from itertools import islice, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sim.motion.geometry import blend
 from sim.motion.geometry.blend import SCALE
-from sim.motion.geometry.curves import FloatArray
+from sim.motion.geometry.curves import Arc, FloatArray
 from sim.motion.geometry.moves import Dwell, Move
+from sim.motion.geometry.smoothed import Smoothed
 from sim.motion.geometry.workspace import Workspace
 from sim.motion.lookahead.choice import LONGEST_CELL
 from sim.motion.lookahead.elements import Element, evaluate, pieces_of
 from sim.motion.lookahead.joints import Joint, Joints
 from sim.motion.lookahead.limits import speeds
-from sim.motion.lookahead.segments import Segment, Segments
+from sim.motion.lookahead.segment import Segment
+from sim.motion.lookahead.segments import Segments
 from sim.motion.lookahead.settings import LookaheadSettings
 from sim.motion.lookahead.speed import Cell, Corner, SpeedPlanner, Stop, Stretch
 
@@ -140,9 +142,11 @@ class Lookahead:
         before: Segment | None = None
         cut = 0.0  # length of `before` that its first blend has taken
         batch: list[Segment] = []
+        held = 0  # moves of it
         early: list[Dwell] = []  # before the first move, when the place is not known yet
         workspace = Workspace.of(self.settings.robot)
-        segments = Segments(self.items, workspace, self.settings.rapid, self.file)
+        limits = None if self.settings.only_blends else self.settings.limits
+        segments = Segments(self.items, workspace, self.settings.rapid, self.file, limits)
         for item in segments:
             self.summary.moves = segments.moves
             if self._rest is None:
@@ -156,11 +160,12 @@ class Lookahead:
             if isinstance(item, Segment):
                 self._last = item
                 batch.append(item)
-                if len(batch) < self.settings.depth:
+                held += item.count
+                if held < self.settings.depth:
                     continue
             dwell = item if isinstance(item, Dwell) else None
             before, cut, cells = self._batch(before, cut, batch, dwell)
-            batch = []
+            batch, held = [], 0
             yield from cells
         self.summary.moves = segments.moves
         _, _, cells = self._batch(before, cut, batch, Dwell(0, "", 0.0))
@@ -182,7 +187,11 @@ class Lookahead:
         self.summary.blends += int(np.sum(joints.blend >= 0))
         self.summary.turns += len(joints.turns)
         self.summary.stops += int(np.sum(joints.stop))
-        self.summary.smooth += int(np.sum(~joints.stop & (joints.blend < 0))) - len(joints.turns)
+        same = np.array(
+            [a.move == b.first_move for a, b in pairwise(segments)], dtype=bool
+        )  # a joint inside a move, where a run begins or ends
+        smooth = ~joints.stop & (joints.blend < 0) & ~same
+        self.summary.smooth += int(np.sum(smooth)) - len(joints.turns)
         kept = len(segments) if dwell is not None else len(segments) - 1
         elements: list[Element] = []
         for k in range(kept):
@@ -191,7 +200,8 @@ class Lookahead:
             last = k == len(segments) - 1
             end = segment.length - (0.0 if last else joints.distance[k])
             if end - begin > 1e-12:
-                elements.append(Element(end - begin, segment.line, segment.move, segment, begin))
+                elements += _elements(segment, float(begin), float(end))
+            self.summary.smooth += segment.count - 1
             if last:
                 break
             if joints.blend[k] >= 0:
@@ -221,8 +231,8 @@ class Lookahead:
             if segment is None:
                 parts.append((element, 0.0, element.length))
                 continue
-            pieces = math.ceil(element.length / LONGEST_CELL)
-            if segment.curve is not None:
+            pieces = math.ceil(element.length / min(LONGEST_CELL, segment.cell))
+            if isinstance(segment.curve, Arc):
                 turn = abs(segment.curve.sweep) * element.length / segment.length
                 pieces = max(pieces, math.ceil(turn / LARGEST_TURN))
             edges = element.offset + np.linspace(0.0, element.length, pieces + 1)
@@ -252,7 +262,7 @@ class Lookahead:
     ) -> list[tuple[float, float]]:
         limits, robot = self.settings.limits, self.settings.robot
         result: list[tuple[float, float]] = [(0.0, 0.0)] * len(parts)
-        for kind in ("line", "arc", "blend"):
+        for kind in ("line", "arc", "run", "blend"):
             numbers = [n for n, (element, _, _) in enumerate(parts) if element.kind == kind]
             if not numbers:
                 continue
@@ -306,14 +316,32 @@ class Lookahead:
         """Forgets the elements that are behind the motion."""
         elements = self._elements
         if stretch.stopped:
+            last: Element | None = None
             while elements:
                 element = elements.popleft()
                 if element.length == 0.0:
                     break
-                self._rest = element.end()
+                last = element
+            if last is not None:
+                self._rest = last.end()
             self._begin = 0.0
             return
         reached = float(stretch.position[-1]) if len(stretch.position) else 0.0
         while elements and elements[0].length and self._begin + elements[0].length < reached:
             self._begin += elements.popleft().length
         self._begin -= stretch.shift
+
+
+def _elements(segment: Segment, begin: float, end: float) -> list[Element]:
+    """A segment between two lengths of it, as an element of each of its moves."""
+    curve = segment.curve
+    if not isinstance(curve, Smoothed):
+        return [Element(end - begin, segment.line, segment.move, segment, begin)]
+    elements = []
+    for line, move, first, last in zip(
+        curve.lines, curve.moves, curve.ends[:-1], curve.ends[1:], strict=True
+    ):
+        low, high = max(begin, float(first)), min(end, float(last))
+        if high - low > 1e-12:
+            elements.append(Element(high - low, line, move, segment, low))
+    return elements

@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """First stage of the look-ahead planner: moves become segments of path space.
 
-Moves that go nowhere are left out, very short ones are joined to the next, and lines are merged
-within Q of G64. Every move is checked against the workspace.
+Moves that go nowhere are left out, very short ones are joined to the next, lines with gentle
+corners between them become curves (runs.py), and other lines are merged within Q of G64. Every
+move is checked against the workspace.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -28,6 +29,9 @@ from sim.motion.geometry.curves import (
 )
 from sim.motion.geometry.moves import Dwell, Motion, Move
 from sim.motion.geometry.workspace import NAMES, Workspace, shown
+from sim.motion.lookahead.limits import MachineLimits
+from sim.motion.lookahead.runs import Runs
+from sim.motion.lookahead.segment import Segment
 
 # Shorter lines [m] are run as one line with the next one if P allows to miss the joint by that.
 SHORTEST_MOVE = 1e-7
@@ -38,58 +42,22 @@ class OutsideError(ValueError):
     """A move leaves the workspace; the text has file, line, coordinate and limit."""
 
 
-@dataclass(eq=False)
-class Segment:
-    """A move in path space [m]."""
-
-    line: int
-    move: int  # its number in the stream
-    start: FloatArray
-    end: FloatArray
-    length: float
-    feed: float  # [m/s] of path space
-    tool_feed: float  # [m/s] of the tool; inf for a move of the table alone
-    tolerance: float  # [m]
-    merge: float  # [m]
-    inner: bool
-    direction: FloatArray | None = None  # of a line
-    curve: Curve | None = None  # of an arc
-    ratio: float = 1.0  # length in path space per length of the curve
-    off: float = 0.0  # greatest distance of corners that were joined into this line [m]
-
-    @property
-    def allowed(self) -> float:
-        """Greatest distance from the programmed path: P, or Q where that is greater [m]."""
-        return max(self.tolerance, self.merge)
-
-    @property
-    def rounding(self) -> float:
-        """Greatest distance of blends from its ends [m]: P, less what joining has used."""
-        return min(self.tolerance, self.allowed - self.off)
-
-    def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Point, first and second derivative by the length, (n, 5), in path space."""
-        if self.curve is None:
-            zero = np.zeros((len(s), 5))
-            return self.start + s[:, None] * self.direction, zero + self.direction, zero
-        point, first, second = self.curve.evaluate(s / self.ratio)
-        return point * SCALE, first * SCALE / self.ratio, second * SCALE / self.ratio**2
-
-    def third(self, s: FloatArray) -> FloatArray:
-        """Third derivative of an arc by the length, (n, 5), in path space."""
-        return self.curve.third(s / self.ratio) * SCALE / self.ratio**3
-
-
 class Segments:
     """The segments and rests of a stream of moves, one pass; `moves` counts those read.
 
-    rapid: rate of G0 [m/s], None: as fast as the limits allow; file: name for messages. Raises what
-    the stream raises, and OutsideError.
+    rapid: rate of G0 [m/s], None: as fast as the limits allow; file: name for messages; limits: for
+    runs, None: there are none. Raises what the stream raises, and OutsideError.
     """
 
     def __init__(
-        self, items: Iterable[Move | Dwell], workspace: Workspace, rapid: float | None, file: str
+        self,
+        items: Iterable[Move | Dwell],
+        workspace: Workspace,
+        rapid: float | None,
+        file: str,
+        limits: MachineLimits | None = None,
     ) -> None:
+        self._limits = limits
         self._items, self._workspace, self._rapid, self._file = items, workspace, rapid, file
         self.moves = 0
 
@@ -128,11 +96,13 @@ class Segments:
         if isinstance(curve, Line):
             way = end - start
             length = math.sqrt(way @ way)
-            ratio, direction, curve_kept = length / curve.length, way / length, None
+            ratio, direction = length / curve.length, way / length
+            curve_kept = None
         else:
             tangent = curve.evaluate(np.zeros(1))[1][0] * SCALE
             ratio = math.sqrt(tangent @ tangent)
-            length, direction, curve_kept = curve.length * ratio, None, curve
+            length, direction = curve.length * ratio, None
+            curve_kept = curve if isinstance(curve, Arc) else None
         feed = feed_of(move, self._rapid or math.inf)
         yield Segment(
             move.line,
@@ -173,7 +143,8 @@ class Segments:
         """The stage; lines are joined while the corners are within Q of the straight line."""
         first: Segment | None = None
         corners: list[FloatArray] = []
-        for item in self._segments():
+        segments = self._segments()
+        for item in segments if self._limits is None else Runs(segments, self._limits):
             if first is not None:
                 joined = self._joined(first, corners, item)
                 if joined is not None:
@@ -195,7 +166,7 @@ class Segments:
         if (
             not isinstance(item, Segment)
             or item.curve is not None
-            or item.feed != first.feed
+            or not math.isclose(item.feed, first.feed, rel_tol=1e-12)  # by their own lengths
             or item.merge != first.merge
             or item.tolerance != first.tolerance
             or len(corners) >= MERGED_AT_MOST
