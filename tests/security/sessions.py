@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 from collections.abc import Callable
 from pathlib import Path
@@ -43,8 +44,11 @@ def marked(mark: str) -> dict[int, str]:
 
 
 def marked_environment(mark: str) -> dict[str, str]:
-    """Variables of a job with a mark, as if no make were above it."""
-    unwanted = ("MAKEFLAGS", "MAKELEVEL", "MFLAGS")
+    """Variables of a job with a mark, as if no make were above it: T and RUN of a campaign, which
+    make puts into the environment, would choose the tests of a job too.
+    """
+    flags = os.environ.get("MAKEFLAGS", "")
+    unwanted = {"MAKEFLAGS", "MAKELEVEL", "MFLAGS", *re.findall(r"(\w+)=", flags)}
     return {k: v for k, v in os.environ.items() if k not in unwanted} | {MARK: mark}
 
 

@@ -14,7 +14,7 @@ import pytest
 
 from tests.security import campaign_kills
 from tests.security.campaign_kills import PNG_END, children, damage, outputs, send, survivors
-from tests.security.sessions import marked, marked_environment
+from tests.security.sessions import MARK, marked, marked_environment
 
 
 @pytest.mark.parametrize(
@@ -88,3 +88,12 @@ def test_signal__goes_to_whom_its_kind_names(kind, dead):
 @pytest.mark.full
 def test_kills_of_the_main_job__leave_nothing():
     assert [goal for goal in campaign_kills.rows(False) if goal.met is False] == []
+
+
+def test_variables_of_make__do_not_reach_the_job(monkeypatch):
+    monkeypatch.setenv("MAKEFLAGS", "w -- RUN=full T=security\\ kills")
+    for name, value in (("RUN", "full"), ("T", "security kills"), ("OTHER", "1")):
+        monkeypatch.setenv(name, value)
+    found = marked_environment("m")
+    assert not {"RUN", "T", "MAKEFLAGS"} & set(found)
+    assert (found["OTHER"], found[MARK]) == ("1", "m")
