@@ -48,7 +48,9 @@ def stop(number: int, frame: object) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     """The folder of results is made before any test: in a read-only checkout, say so at once."""
-    os.environ.pop("PYTEST_ADDOPTS", None)  # read; a pytest that a test starts has its own options
+    if hasattr(config, "workerinput") or not config.option.numprocesses:
+        # It is read; a pytest that a test starts has its own options.
+        os.environ.pop("PYTEST_ADDOPTS", None)
     for number in (signal.SIGTERM, signal.SIGHUP):
         if signal.getsignal(number) is signal.SIG_DFL:
             signal.signal(number, stop)

@@ -73,14 +73,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def goals(result: Result) -> list[Goal]:
-    """Figures of a campaign beside their targets."""
+    """Figures of a campaign beside their targets; the notes repeat the first cases that failed."""
     cases = f"{result.campaign}: {result.cases} mutated inputs"
-    crashes = result.count("traceback", "status", "crash")
     peak = round(result.peak_bytes / 2**20)
+
+    def none(what: str, *kinds: str) -> Goal:
+        failed = [failure.case for failure in result.failures if failure.kind in kinds]
+        replays = [
+            f"python -m tests.fuzz {result.campaign} --seed {result.seed} --replay {case}"
+            for case in failed[:SHOWN]
+        ]
+        return at_most(f"{cases}, {what}", len(failed), 0, "inputs", "; ".join(replays))
+
     return [
-        at_most(f"{cases}, tracebacks", crashes, 0, "inputs"),
-        at_most(f"{cases}, beyond {CPU_SECONDS} s", result.count("time", "hang"), 0, "inputs"),
-        at_most(f"{cases}, beyond the memory limit", result.count("memory"), 0, "inputs"),
+        none("tracebacks", "traceback", "status", "crash"),
+        none(f"beyond {CPU_SECONDS} s", "time", "hang"),
+        none("beyond the memory limit", "memory"),
         at_most(f"{cases}, peak memory", peak, MEMORY_BYTES >> 20, "MiB"),
     ]
 
