@@ -99,8 +99,17 @@ def test_command_of_a_block__runs(command, checkout):
     output("sh", "-ec", command.text, cwd=checkout, env=environment(), timeout=600)
 
 
-@pytest.mark.parametrize("block", list(programs()), ids=str)
-@pytest.mark.parametrize("configuration", ["fast", "small"])
+def configurations(text: str) -> list[str]:
+    """The configuration that a program states, else those of every core without streams."""
+    stated = re.search(r"^\.config\s+(\w+)", text, re.MULTILINE)
+    return [stated[1]] if stated else ["fast", "small"]
+
+
+@pytest.mark.parametrize(
+    ("configuration", "block"),
+    [(name, block) for block in programs() for name in configurations(block.text)],
+    ids=str,
+)
 def test_program__assembles(block, configuration, tmp_path):
     path = tmp_path / "program.s"
     path.write_text(block.text)
