@@ -23,6 +23,7 @@ MOVES = {
     "} start[0:0]": "} start[9:9]",
     "} done[1:1];\n      field {} fault[2:2];": "} done[30:30];\n      field {} fault[17:17];",
     "} STATUS @ 0x0C": "} STATUS @ 0x3C",
+    "} STREAM @ 0x3C": "} STREAM @ 0x0C",
 }
 FOLLOWED = {
     "rtl/gen/asip_regmap_pkg.sv": ("CONTROL_START_LSB = 9;", "REG_STATUS = 4'hf;"),
