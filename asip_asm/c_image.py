@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterable, Sequence
 
 from asip_asm.image import Image
-from asip_asm.isa import default_isa
+from asip_asm.isa import STREAM_PINS, default_isa
 
 WORDS_PER_LINE = 6
 CODE_SPAN = 64  # registers of a bank code
@@ -43,7 +43,10 @@ def to_c(image: Image, prefix: str = "") -> str:
         ),
         Table("inputs", "uint16_t", [str(entry.index) for entry in image.inputs]),
         Table("exports", "uint16_t", [str(register_offset(e.register)) for e in exports]),
-        *(Table(f"stream_{pin.lower()}", "uint32_t", _hex(image.stream(pin))) for pin in "AB"),
+        *(
+            Table(f"stream_{pin.lower()}", "uint32_t", _hex(image.stream(pin)))
+            for pin in STREAM_PINS
+        ),
     ]
     lines = [
         f"/* Program image '{comment(image.title)}' for configuration {image.configuration}, "

@@ -9,7 +9,7 @@ from functools import partial
 from asip_asm.diagnostics import Line, Place, SourceError, closest, counted
 from asip_asm.expression import INT_RANGE, Evaluator, word_bits
 from asip_asm.ir import Register, StreamBlock
-from asip_asm.isa import STREAM_BITS, Isa
+from asip_asm.isa import STREAM_BITS, STREAM_PINS, Isa
 from asip_asm.lexer import Cursor, Token, tokenize
 from asip_asm.source import (
     NOUNS,
@@ -23,8 +23,6 @@ from asip_asm.source import (
 )
 
 TYPES = ("float", "int")
-STREAM_PINS = "AB"
-"""Pipes that have a stream, in the order of their slots."""
 
 
 class Directives:

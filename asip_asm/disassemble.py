@@ -4,11 +4,10 @@
 from __future__ import annotations
 
 from asip_asm.assembly_text import quoted
-from asip_asm.directives import STREAM_PINS
 from asip_asm.expression import literal_name
 from asip_asm.image import Image
 from asip_asm.ir import ZERO, Bundle, Operation, Output, Register, register_name
-from asip_asm.isa import STREAM_BITS, Isa, default_isa
+from asip_asm.isa import STREAM_BITS, STREAM_PINS, Isa, default_isa
 
 WORDS_PER_LINE = 8
 

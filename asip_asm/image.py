@@ -20,7 +20,7 @@ from msgspec import Meta
 
 from asip_asm.expression import literal_name
 from asip_asm.files import read_bytes, write_text
-from asip_asm.isa import STREAM_BITS, Isa, default_isa
+from asip_asm.isa import STREAM_BITS, STREAM_PINS, Isa, default_isa
 
 FORMAT = "microtick-asip-image"
 VERSION = 2
@@ -301,7 +301,7 @@ def _problems(image: Image, isa: Isa) -> Iterator[str]:
     for name, address in image.data_names.items():
         if address >= len(image.data):
             yield f"data name '{name}' is {address}, the image has {len(image.data)} data words"
-    for pin in "AB":
+    for pin in STREAM_PINS:
         room, end = configuration.stream_words, 0
         for block in (block for block in image.streams if block.pin == pin):
             if block.address != end:

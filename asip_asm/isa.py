@@ -40,6 +40,8 @@ PIPELINE_NAMES = ("operand_read", "branch_decision", "refetch", "write_back")
 IMMEDIATE_WIDTH = 16
 STREAM_BITS = IMMEDIATE_WIDTH - 1
 """Bits of a word's address in a stream; the highest bit of the immediate is the pipe."""
+STREAM_PINS = "AB"
+"""Pipes that have a stream, in the order of their slots."""
 
 
 class IsaError(ValueError):

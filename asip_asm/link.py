@@ -17,7 +17,6 @@ from dataclasses import dataclass, field
 import msgspec
 
 from asip_asm.debug_map import DebugMap, Span, Write
-from asip_asm.directives import STREAM_PINS
 from asip_asm.disassemble import decode_bundle
 from asip_asm.encode import encode_bundle
 from asip_asm.expression import literal_name
@@ -31,7 +30,7 @@ from asip_asm.image import (
     StateEntry,
 )
 from asip_asm.ir import Bundle, Operation, Output, Register, register_name
-from asip_asm.isa import STREAM_BITS, Isa, default_isa
+from asip_asm.isa import STREAM_BITS, STREAM_PINS, Isa, default_isa
 from asip_asm.source import physical_register
 
 

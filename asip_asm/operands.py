@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 
 from asip_asm.blocks import Step
 from asip_asm.diagnostics import Place, Reporter, SourceError, closest, counted
-from asip_asm.directives import STREAM_PINS
 from asip_asm.expression import literal_name, word_bits
 from asip_asm.ir import (
     ZERO,
@@ -23,7 +22,7 @@ from asip_asm.ir import (
     Word,
     register_name,
 )
-from asip_asm.isa import Configuration, Isa
+from asip_asm.isa import STREAM_PINS, Configuration, Isa
 from asip_asm.source import (
     NOUNS,
     Declaration,

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from asip_asm.diagnostics import Line, Place, Reporter, SourceError, closest, counted, shortened
-from asip_asm.directives import STREAM_PINS, Directives
+from asip_asm.directives import Directives
 from asip_asm.ir import SourceLine
-from asip_asm.isa import IMMEDIATE_WIDTH, STREAM_BITS, Isa, OperationRecord
+from asip_asm.isa import IMMEDIATE_WIDTH, STREAM_BITS, STREAM_PINS, Isa, OperationRecord
 from asip_asm.lexer import Cursor, Token, equation
 from asip_asm.limits import BUNDLE_LINES
 from asip_asm.reader import READER_DIRECTIVES, Reader, display_path
@@ -23,7 +23,7 @@ from asip_asm.source import (
     where,
 )
 
-_BEHIND = (",", "|", "}")
+_AFTER_OPERAND = (",", "|", "}")
 """Symbols that may follow an operand."""
 
 OTHER_NAMES = {
@@ -254,7 +254,9 @@ class Parser:
             return Operand("name", token.place, cursor.expect_kind("name", what).text)
         if token.kind == "name":
             cursor.take()
-            if cursor.at("+") and (cursor.peek().kind == "end" or cursor.peek().text in _BEHIND):
+            if cursor.at("+") and (
+                cursor.peek().kind == "end" or cursor.peek().text in _AFTER_OPERAND
+            ):
                 cursor.take()
                 return Operand("stream", span(token, cursor), token.text)
             if cursor.at("("):

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 from asip_asm.blocks import Block, Step
 from asip_asm.dependence import stream_place
 from asip_asm.diagnostics import Reporter
-from asip_asm.directives import STREAM_PINS
 from asip_asm.ir import StreamBlock
-from asip_asm.isa import STREAM_BITS
+from asip_asm.isa import STREAM_BITS, STREAM_PINS
 from asip_asm.source import Operand, Source, stream_words
 
 Places = tuple[int | None, ...]
@@ -55,7 +54,7 @@ class _Checks:
     reporter: Reporter
 
     def after(self, block: Block, before: Places, report: bool = False) -> Places:
-        """Places behind a block that begins with these."""
+        """Places after a block that begins with these."""
         places = list(before)
         silent: set[int] = set()
         for group in block.groups:

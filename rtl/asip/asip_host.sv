@@ -137,7 +137,7 @@ module asip_host #(
   assign write_data_o     = memory_write && in_data;
   assign write_program_o  = memory_write && in_program && 32'(bundle) < Bundles;
   assign write_record_o   = memory_write && in_record && Resilience != 0 && Plausible != 0;
-  assign write_stream_o   = memory_write && in_streams && StreamWords != 0;
+  assign write_stream_o   = memory_write && in_streams && StreamWords != 0 && stream_page[7:6] == 2'b00;
   assign stream_address_o = {stream_page[5:0], address_i[$clog2(asip_regmap_pkg::WORDS_STREAMS)-1:0]};
   assign select_o         = (read_i || write_i) && !hold_i;
 

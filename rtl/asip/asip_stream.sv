@@ -2,8 +2,8 @@
 // asip_stream: constant memory of a multiply-add pipe, read word after word.
 // Contract: word_r1_o is the next word of the bundle that was in stage D one cycle before. The bundle that
 // issues steps the pointer if it takes a word; a seek in it sets the pointer for the bundle after it,
-// whether or not the bundle itself takes a word. A run begins at word 0. Behind the last word comes the
-// first one. The host writes the memory between runs.
+// whether or not the bundle itself takes a word. A run begins at word 0. The first word follows the
+// last one. The host writes the memory between runs.
 module asip_stream #(
     parameter int unsigned Words = 1024
 ) (

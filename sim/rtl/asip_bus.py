@@ -5,10 +5,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from asip_asm.directives import STREAM_PINS
 from asip_asm.gen.asip_regmap import REGMAP
 from asip_asm.image import Image
-from asip_asm.isa import STREAM_BITS, default_isa
+from asip_asm.isa import STREAM_BITS, STREAM_PINS, default_isa
 
 CSR = {name: REGMAP.address(name) for name in REGMAP.registers}
 BLOCK = {name: block.base for name, block in REGMAP.blocks.items()}

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from asip_asm.directives import STREAM_PINS
+from asip_asm.isa import STREAM_PINS
 from tests.asip import core_bench as bench
 from tests.asip.core_bench import CORNERS, ISA
 from tests.bench.seed import SEED

@@ -105,12 +105,22 @@ def test_memory__every_page_of_both_streams__and_the_words_behind_the_last():
     bundles = []
     for i, address in enumerate(far):
         bundles += [(seek(0, address),), (seek(1, address),), (take(f"a{i}"), take(f"b{i}"))]
-    # Behind the last word comes the first one.
+    # The first word follows the last one.
     bundles.append((take("a9"), take("b9"), HALT))
     program = image(bundles, A=words, B=[word ^ 0x40000 for word in words])
     got = bench.verify(program)
     assert [got.writes[f"a{i}"] for i in range(len(far))] == [[words[place]] for place in far]
     assert got.writes["a9"] == [words[0]] and got.writes["b9"] == [words[0] ^ 0x40000]
+
+
+@pytest.mark.parametrize("page", [64, 128, 255])
+def test_page_beyond_the_streams__changes_no_word(page):
+    program = image([take("a1"), (take("a2"), HALT)], A=list(WORDS))
+    bench.run(program)
+    core = bench.core("stream")
+    core.write(CSR["STREAM"], page)
+    core.write(REGMAP.blocks["streams"].base, EIGHT)
+    assert bench.run(program, loaded=True).writes == {"a1": [ONE], "a2": [TWO]}
 
 
 def test_register__says_how_many_words_a_stream_has(configuration):

@@ -15,9 +15,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from asip_asm.directives import STREAM_PINS
 from asip_asm.image import Image
-from asip_asm.isa import STREAM_BITS
+from asip_asm.isa import STREAM_BITS, STREAM_PINS
 from sim.core.iss import arithmetic, isa
 from sim.core.iss.arithmetic import SinCos, Word, bits_of, from_float, to_float, to_int, word
 from sim.core.iss.isa import Decoded, Fault, IllegalOperation
