@@ -2,8 +2,8 @@
 """Goals of programs whose constants come from streams: cycles, bits, error and use of the pipes.
 
 The program is a product of a constant 16x16 matrix and a vector, `cosine_transform.s`, and the same
-with a loop. The reference is the formula of its matrix in double precision, not the words of its
-image.
+with a loop and with vectors. The reference is the formula of its matrix in double precision, not
+the words of its image.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import numpy as np
 
 from asip_asm.assemble import assemble
 from asip_asm.image import Image
+from asip_asm.isa import default_isa
 from asip_asm.project import ROOT
 from sim.core.api import Core
 from sim.report.goals import Goal, at_least, at_most, exactly
@@ -26,6 +27,8 @@ SEED = 20261126
 INPUTS = {False: 100, True: 10_000}
 SHARE = 80.0  # per cent of the slots, as for the products of a policy
 HALF_ULP = 2.0**-24
+PARTS = 4
+"""Partial sums of a row in lanes: as many as the latency needs."""
 
 
 def matrix() -> np.ndarray:
@@ -57,8 +60,48 @@ def looped(rounds: int = SIZE // 2 - 1) -> Image:
     lines += ["iadd j, zero, 3", *column("w")]
     lines += [f"loop {rounds}", "ld w, x[j]", *column("v"), "ld v, x+1[j]", "iadd j, j, 2"]
     lines += [*column("w"), "endloop", *(f"mov y{i}, s{i}" for i in range(SIZE)), "halt", ""]
+    return _assembled(lines)
+
+
+def in_lanes(repeated: int = 1) -> Image:
+    """The same product with vectors: four rows of a column in each operation, so two bundles for a
+    column. Four sums of each pair of pipes hide the latency; `repeated` computes the product again,
+    which leaves the sums as they are written last.
+    """
+    words, lanes = matrix().astype(np.float32), default_isa().lanes_of_a_vector
+    lines = ['.program "cosine transform, in lanes"', ".config wide"]
+    lines += [f".input x{i}" for i in range(SIZE)]
+    lines += [f".output y{i}, safe = 0" for i in range(SIZE)]
+    rows_of = {"A": (0, 2 * lanes), "B": (lanes, 3 * lanes)}  # first rows of the vectors of a pipe
+    for pin, firsts in rows_of.items():
+        block = [
+            f"{word!r}"
+            for column in range(SIZE)
+            for first in firsts
+            for word in words[first : first + lanes, column].tolist()
+        ]
+        lines.append(f".vectors W{pin}, pin {pin} = {', '.join(block)}")
+    for _ in range(repeated):
+        lines += ["seek WA", "seek WB"]
+        for column in range(SIZE):
+            for first in range(0, SIZE, lanes):
+                pin = next(pin for pin, firsts in rows_of.items() if first in firsts)
+                vector = f"s{first}_{column % PARTS}"
+                sums = f"vfmadd {vector}, W{pin}+, x{column}, {vector}"
+                sums += "  ; -Wno-unused-result: the product is computed again" * (repeated > 1)
+                lines.append(sums if column >= PARTS else f"vfmul {vector}, W{pin}+, x{column}")
+    for row in range(SIZE):
+        first, lane = row - row % lanes, row % lanes
+        lines.append(f"vout p{row}_0, zero, s{first}_0, {lane}")
+        for part in range(1, PARTS):
+            lines.append(f"vout p{row}_{part}, p{row}_{part - 1}, s{first}_{part}, {lane}")
+        lines.append(f"mov y{row}, p{row}_{PARTS - 1}")
+    return _assembled([*lines, "halt", ""])
+
+
+def _assembled(lines: list[str]) -> Image:
     with tempfile.TemporaryDirectory() as folder:
-        source = Path(folder) / "looped.s"
+        source = Path(folder) / "product.s"
         source.write_text("\n".join(lines), encoding="utf-8")
         return assemble(source)
 
@@ -79,6 +122,13 @@ def rows(full: bool) -> Iterator[Goal]:
     per_round = (long - short) / (SIZE // 2 - 1 - 3)
     share = 100 * 2 * SIZE / (2 * per_round)
     yield at_least(f"looped {name}: multiply-add slots used in a round", share, SHARE, "%")
+    name = f"{name} in lanes"
+    yield from _product(name, in_lanes(), full)
+    once, twice = in_lanes().cycles, in_lanes(2).cycles
+    assert once is not None and twice is not None
+    slots = 2 * default_isa().lanes_of_a_vector
+    share = 100 * SIZE * SIZE / (slots * (twice - once))
+    yield at_least(f"{name}: lane cycles used by its products", share, SHARE, "%")
 
 
 def _product(name: str, image: Image, full: bool) -> Iterator[Goal]:
