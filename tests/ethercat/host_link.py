@@ -22,7 +22,9 @@ class HostWords:
         feedback, command = self.host.feedback, self.host.command
         axes = np.ctypeslib.as_array(feedback.axis)
         axes["position"] = self.inputs[:AXES].view(np.int32)
-        axes["torque"], axes["fault"] = self.inputs[AXES : 2 * AXES].view(np.uint16).reshape(-1, 2).T
+        axes["torque"], axes["fault"] = (
+            self.inputs[AXES : 2 * AXES].view(np.uint16).reshape(-1, 2).T
+        )
         feedback.pose[:] = self.inputs[2 * AXES : 3 * AXES].view(np.float32).tolist()
         self.host.held = set(range(AXES))
         self.host.cycle()

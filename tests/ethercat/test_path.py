@@ -8,11 +8,12 @@ path takes minutes. `test_device__gives_the_same_words` compares its words with 
 from __future__ import annotations
 
 import struct
+
 import numpy as np
 import pytest
 
 from sim.bus.coe.dictionary import load
-from sim.bus.machine import FLAGS, POWER, Machine
+from sim.bus.machine import AXES, Machine
 from sim.bus.path_run import Curves, Drive, path_of, poses
 from sim.bus.session import inputs, outputs
 from sim.robot.parameters import Robot

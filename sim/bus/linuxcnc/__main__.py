@@ -13,6 +13,7 @@ main job. It takes about a minute for each second of the path, and more on a bus
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import json
 import shutil
@@ -27,8 +28,8 @@ from typing import Any
 
 import numpy as np
 
-from asip_asm.command import command, command_parser
-from asip_asm.files import write_text
+from asip_asm.command import command_parser, run_command
+from asip_asm.files import read_text, write_text
 from asip_asm.pace import Pace
 from asip_asm.project import BUILD, ROOT
 from sim.bus.linuxcnc import page
@@ -37,11 +38,16 @@ from sim.bus.linuxcnc.result import Run, away_from
 from sim.bus.path_run import TICKS
 from sim.motion.gcode.interpreter import parse_file
 from sim.motion.trajectory.program import AGH, plan
-from sim.robot.parameters import ROBOT_TOML, Robot
+from sim.robot.parameters import ROBOT_TOML, ParameterError, Robot
 
+PROG = "microtick linuxcnc"
+OUTPUT = BUILD / "linuxcnc_run"
+FILES_LEFT = ("bus.pcap", "linuxcnc.log", "screen.jsonl")  # in the output besides the results
+MAX_BYTES = 10_000_000  # of a program
+MOST_SECONDS = 86_400
 FAULTS = ("estop", "drive", "cable", "master")
 PERIODS_PER_S = 1000
-FAULT_AFTER = 400  # periods after the program's begin
+FAULT_AFTER = 200  # periods after the program's begin
 AROUND = 500  # periods before and after the program
 POLL_S = 0.2
 
@@ -81,7 +87,7 @@ class Progress:
 def play(folder: Path, robot_file: Path, fault: str, progress: Progress) -> Run:
     """Machine, master and LinuxCNC, until all are done. Raises LinuxcncError."""
     rig = [shutil.which("unshare") or "unshare", "-rn", sys.executable, "-m"]
-    rig += ["sim.bus.linuxcnc.machine", str(folder), str(robot_file), "--fault", fault]
+    rig += [f"{__package__}.machine", str(folder), str(robot_file), "--fault", fault]
     lines: list[str] = []
     with contextlib.ExitStack() as stack:
         errors = stack.enter_context((folder / "machine.err").open("w+"))
@@ -94,11 +100,12 @@ def play(folder: Path, robot_file: Path, fault: str, progress: Progress) -> Run:
             return LinuxcncError(f"{what}: {said[-1] if said else 'no word from it'}")
 
         print("the drives go to OP ...", file=sys.stderr, flush=True)
+        assert machine.stdout
         if machine.stdout.readline().strip() != "ready":
             machine.wait()
             raise died("the simulated machine did not start")
 
-        reader = threading.Thread(target=lambda: lines.extend(machine.stdout), daemon=True)
+        reader = threading.Thread(target=lines.extend, args=(machine.stdout,), daemon=True)
         reader.start()
         log = stack.enter_context((folder / "linuxcnc.log").open("w"))
         cnc = stack.enter_context(started(folder, log))
@@ -133,52 +140,57 @@ def wrong(report: dict[str, Any], fault: str) -> list[str]:
     return found
 
 
-@command("microtick linuxcnc")
-def main(argv: Sequence[str] | None = None) -> int:
-    """Command line; exit 0 if the program came to its end, or LinuxCNC stopped at the fault."""
-    parser = command_parser("microtick linuxcnc", __doc__)
+def _parser() -> argparse.ArgumentParser:
+    parser = command_parser(PROG, __doc__ or "")
     parser.add_argument("program", nargs="?", type=Path, default=AGH, help="G-code (default A-G-H)")
     parser.add_argument("--robot", type=Path, default=ROBOT_TOML, help="parameters of the robot")
     parser.add_argument("--seconds", type=float, default=0.0, help="only so many of the program")
-    parser.add_argument("--fault", choices=FAULTS, default="", help="0.4 s after its begin")
-    parser.add_argument(
-        "--output", type=Path, default=BUILD / "linuxcnc_run", help="folder written"
-    )
+    parser.add_argument("--fault", choices=FAULTS, default="", help="0.2 s after its begin")
+    parser.add_argument("--output", type=Path, default=OUTPUT, help=f"folder (default {OUTPUT})")
+    return parser
+
+
+def _run(argv: Sequence[str] | None) -> int:
+    parser = _parser()
     options = parser.parse_args(argv)
+    if not 0 <= options.seconds < MOST_SECONDS:
+        parser.error(f"--seconds {options.seconds:g}: expected 0 to {MOST_SECONDS}")
     if lack := missing():
-        parser.error(lack)
-    if not options.seconds >= 0:
-        parser.error("--seconds: a number that is not negative is needed")
+        raise LinuxcncError(lack)
     robot = Robot.load(options.robot)
-    program = options.program.read_bytes() and options.program
-    path = planned(program, robot)
+    read_text(options.program, MAX_BYTES, "a G-code program")
+    path = planned(options.program, robot)
     cut = round(options.seconds * PERIODS_PER_S)
     expected = cut or (len(path) // TICKS if path is not None else PERIODS_PER_S)
     if options.fault:
         expected = min(expected, FAULT_AFTER)
-    options.output.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix="run_", dir=options.output) as name:
+    output: Path = options.output
+    output.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix="run_", dir=output) as name:
         folder = Path(name).resolve()
-        prepare(folder, robot, program, cut, options.fault, FAULT_AFTER)
+        prepare(folder, robot, options.program, cut, options.fault, FAULT_AFTER)
         try:
             progress = Progress(folder, expected + AROUND)
             run = play(folder, options.robot.resolve(), options.fault, progress)
-            report = run.report()
         finally:
-            for file in ("bus.pcap", "linuxcnc.log", "screen.jsonl", "log", "machine.npz"):
+            for file in FILES_LEFT:
                 with contextlib.suppress(FileNotFoundError):
-                    shutil.copy(folder / file, options.output / file)
-    curves = run.curves()
+                    shutil.copy(folder / file, output / file)
+    report = run.report() | {"program": options.program.name}
     if path is not None:
-        report["off_program"] = away_from(path[:, :3], curves.wanted[:, :3])
-    report["program"] = options.program.name
-    write_text(options.output / "linuxcnc.json", json.dumps(report, indent=2) + "\n")
-    page.write(options.output / "index.html", report, run)
+        report["off_program"] = away_from(path[:, :3], run.curves().wanted)
+    write_text(output / "linuxcnc.json", json.dumps(report, indent=2) + "\n")
+    page.write(output / "index.html", report, run)
     print(page.summary(report))
-    print(f"written: {options.output}/index.html, linuxcnc.json, bus.pcap")
+    print(f"written: {output}/index.html, linuxcnc.json, bus.pcap")
     for text in (found := wrong(report, options.fault)):
-        print(f"error: {text}", file=sys.stderr)
+        print(f"{PROG}: error: {text}", file=sys.stderr)
     return int(bool(found))
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Command line; exit 0 if the program came to its end, or LinuxCNC stopped at the fault."""
+    return run_command(PROG, lambda: _run(argv), LinuxcncError, ParameterError)
 
 
 if __name__ == "__main__":

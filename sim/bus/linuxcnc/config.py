@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""LinuxCNC's folder for a run: configuration by the robot's parameters, component, program, pipes."""
+"""LinuxCNC's folder for a run: configuration by the robot's parameters, component and program."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import signal
 import subprocess
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -39,9 +40,11 @@ class LinuxcncError(RuntimeError):
 
 def missing() -> str:
     """What LinuxCNC's run lacks here; empty if nothing."""
-    for tool in ("linuxcnc", "halcompile", "unshare"):
+    for tool in ("linuxcnc", "halcompile"):
         if shutil.which(tool) is None:
             return f"{tool} is not installed; {FETCH} gets it, as root"
+    if subprocess.run(["sh", HERE / "start.sh", "--try"], capture_output=True).returncode:
+        return "LinuxCNC runs in namespaces of its own, which this machine does not allow: unshare"
     return ""
 
 
@@ -51,64 +54,77 @@ def acceleration(most: float, jerk: float) -> float:
     return min(most, jerk * SERVO_S)
 
 
-def axes(robot: Robot) -> Iterator[dict[str, float | str]]:
-    """Name, kind, limits, home [mm, degrees] and rates of x, y, z, a, c.
+@dataclass(frozen=True)
+class Axis:
+    """What LinuxCNC has to know of an axis, in mm or degrees."""
 
-    A straight line along all three axes of the tool has the robot's speed and `acceleration`.
-    """
+    name: str
+    kind: str
+    least: float
+    most: float
+    velocity: float
+    acceleration: float
+    home: float
+
+    @property
+    def limits(self) -> str:
+        """Lines of the section of an axis, and of its joint."""
+        return (
+            f"MIN_LIMIT = {self.least:.6f}\nMAX_LIMIT = {self.most:.6f}\n"
+            f"MAX_VELOCITY = {self.velocity:.6f}\nMAX_ACCELERATION = {self.acceleration:.6f}\n"
+        )
+
+
+def axes(robot: Robot) -> list[Axis]:
+    """X, Y, Z, A, C. A straight line along all three axes of the tool has the robot's speed and
+    `acceleration`."""
     share = MM / math.sqrt(3)
-    tool = {
-        "TYPE": "LINEAR",
-        "MAX_VELOCITY": robot.v_max_tool * share,
-        "MAX_ACCELERATION": acceleration(robot.a_max_tool, robot.j_max_tool) * share,
-    }
-    table = {
-        "TYPE": "ANGULAR",
-        "MAX_VELOCITY": robot.v_max_table * DEGREE,
-        "MAX_ACCELERATION": acceleration(robot.a_max_table, robot.j_max_table) * DEGREE,
-    }
-    x, y = robot.x_max * MM, robot.y_max * MM
-    tilt = (robot.tilt_min * DEGREE, robot.tilt_max * DEGREE)
-    rotation = (robot.rotation_min * DEGREE, robot.rotation_max * DEGREE)
+    a_tool = acceleration(robot.a_max_tool, robot.j_max_tool)
+    a_table = acceleration(robot.a_max_table, robot.j_max_table)
+    tool = (MM, robot.v_max_tool * share, a_tool * share)
+    table = (DEGREE, robot.v_max_table * DEGREE, a_table * DEGREE)
     rows = (
-        ("X", tool, -x, x, 0.0),
-        ("Y", tool, -y, y, 0.0),
-        ("Z", tool, robot.z_min * MM, robot.z_max * MM, robot.z_start * MM),
-        ("A", table, *tilt, 0.0),
-        ("C", table, *rotation, 0.0),
+        ("X", "LINEAR", -robot.x_max, robot.x_max, tool),
+        ("Y", "LINEAR", -robot.y_max, robot.y_max, tool),
+        ("Z", "LINEAR", robot.z_min, robot.z_max, tool),
+        ("A", "ANGULAR", robot.tilt_min, robot.tilt_max, table),
+        ("C", "ANGULAR", robot.rotation_min, robot.rotation_max, table),
     )
-    for name, kind, least, most, home in rows:
-        yield {"name": name, **kind, "MIN_LIMIT": least, "MAX_LIMIT": most, "home": home}
+    return [
+        Axis(name, kind, least * unit, most * unit, velocity, rate, home * unit)
+        for (name, kind, least, most, (unit, velocity, rate)), home in zip(
+            rows, robot.start, strict=True
+        )
+    ]
 
 
 def ini(robot: Robot) -> str:
     """The whole microtick.ini."""
-    turning = acceleration(robot.a_max_table, robot.j_max_table)
-    lines = [
-        (HERE / "microtick.ini").read_text(encoding="utf-8"),
-        "[TRAJ]\nCOORDINATES = XYZAC\nLINEAR_UNITS = mm\nANGULAR_UNITS = degree",
-        f"MAX_LINEAR_VELOCITY = {robot.v_max_tool * MM:g}",
-        f"DEFAULT_LINEAR_VELOCITY = {robot.v_max_tool * MM / 10:g}",
-        f"MAX_LINEAR_ACCELERATION = {acceleration(robot.a_max_tool, robot.j_max_tool) * MM:g}",
-        f"MAX_ANGULAR_VELOCITY = {robot.v_max_table * DEGREE:.6f}",
-        f"MAX_ANGULAR_ACCELERATION = {turning * DEGREE:.6f}",
-    ]
-    for n, axis in enumerate(axes(robot)):
-        keys = ("MIN_LIMIT", "MAX_LIMIT", "MAX_VELOCITY", "MAX_ACCELERATION")
-        both = [f"{key} = {axis[key]:.6f}" for key in keys]
-        lines += [f"[AXIS_{axis['name']}]", *both, f"[JOINT_{n}]", f"TYPE = {axis['TYPE']}", *both]
-        lines += [
-            f"FERROR = {float(axis['MAX_VELOCITY']) * ALLOWED_LAG_S:.6f}",
-            f"MIN_FERROR = {LEAST_ERROR[n >= TABLE_AXES]}",
-            *(f"{key} = {axis['home']}" for key in ("HOME", "HOME_OFFSET")),
+    found = axes(robot)
+    tool, table = found[0], found[TABLE_AXES]
+    text = (HERE / "microtick.ini").read_text(encoding="utf-8")
+    text += (
+        "[TRAJ]\nCOORDINATES = XYZAC\nLINEAR_UNITS = mm\nANGULAR_UNITS = degree\n"
+        f"MAX_LINEAR_VELOCITY = {math.sqrt(3) * tool.velocity:.6f}\n"
+        f"DEFAULT_LINEAR_VELOCITY = {tool.velocity / 10:.6f}\n"
+        f"MAX_LINEAR_ACCELERATION = {math.sqrt(3) * tool.acceleration:.6f}\n"
+        f"MAX_ANGULAR_VELOCITY = {table.velocity:.6f}\n"
+        f"MAX_ANGULAR_ACCELERATION = {table.acceleration:.6f}\n"
+    )
+    for n, axis in enumerate(found):
+        text += (
+            f"[AXIS_{axis.name}]\n{axis.limits}[JOINT_{n}]\nTYPE = {axis.kind}\n{axis.limits}"
+            f"FERROR = {axis.velocity * ALLOWED_LAG_S:.6f}\n"
+            f"MIN_FERROR = {LEAST_ERROR[n >= TABLE_AXES]}\n"
+            f"HOME = {axis.home:.6f}\nHOME_OFFSET = {axis.home:.6f}\n"
             # Homing without a motion: the drives have homed before, by method 37.
-            *(f"{key} = 0" for key in ("HOME_SEARCH_VEL", "HOME_LATCH_VEL", "HOME_SEQUENCE")),
-        ]
-    return "\n".join(lines) + "\n"
+            "HOME_SEARCH_VEL = 0\nHOME_LATCH_VEL = 0\nHOME_SEQUENCE = 0\n"
+        )
+    return text
 
 
 def compile_component(folder: Path) -> Path:
-    """The component for LinuxCNC's real-time part. Raises LinuxcncError with the compiler's words."""
+    """The component for LinuxCNC's servo thread. Raises LinuxcncError with the compiler's words."""
     shutil.copy(HERE / f"{COMPONENT}.comp", folder)
     job = subprocess.run(
         ["halcompile", "--compile", f"{COMPONENT}.comp"], cwd=folder, capture_output=True, text=True
@@ -152,4 +168,6 @@ def group(words: Sequence[str | Path], **options: Any) -> Iterator[subprocess.Po
 
 def started(folder: Path, log: TextIO) -> AbstractContextManager[subprocess.Popen]:
     """LinuxCNC in a filled folder."""
-    return group([HERE / "start.sh", folder], stdin=subprocess.DEVNULL, stdout=log, stderr=log)
+    return group(
+        ["sh", HERE / "start.sh", folder], stdin=subprocess.DEVNULL, stdout=log, stderr=log
+    )

@@ -55,7 +55,8 @@ class Words(Protocol):
 class Recorded:
     """Device and robot, tick by tick. fault_tick: since when the machine's part of the fault acts.
 
-    places (5,), powered: of each tick, the exact places at its begin and whether all axes have power.
+    places (5,), powered: of each tick, the exact places at its begin, and whether all axes have
+    power.
     """
 
     def __init__(self, words: Words, machine: Machine, fault: str) -> None:
@@ -105,6 +106,7 @@ class Rig:
             self.master = subprocess.Popen(
                 command, text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE
             )
+            assert self.master.stdin and self.master.stdout
             if self.master.stdout.readline().strip() != "OP":
                 raise RuntimeError("the master did not bring the drives to OP")
         self.rtl.align()

@@ -52,6 +52,7 @@ HOME_OFFSET, HOMING_METHOD, AXIS_STEP = 0x607C, 0x6098, 0x800
 HOMING_START, HOMING_ATTAINED = 0x10, 0x1000
 QUICK_STOP, FAULT_RESET = 0x02, 0x80
 STATUS_FAULT, STATUS_READY, STATUS_ON = 0x08, 0x21, 0x23
+RESET_PERIODS = 50
 MOST_LOST = 3  # periods without process data in a row, after which the bus counts as lost
 ANSWER_US, SILENT_US = 10_000_000, 20_000  # wait for an answer; of a bus that counts as lost
 LOG = np.dtype(
@@ -82,14 +83,16 @@ class Drives:
         self.homing = self.homed = False
         self.enabled_by = 0  # flags ENABLE with which a drive came to operation enabled
         self.faults = self.wanted = 0
+        self.patience = 0  # periods that an old fault may last after switching on
         self.lost = self.silent = 0
 
     def outputs(self, request: Request) -> bytes:
         """Process data for a request."""
-        wanted = request.flags & ENABLE
+        wanted = request.flags & ENABLE if request.flags & ESTOP_OK else 0
         risen = wanted & ~self.wanted
         self.wanted = wanted
         self.faults &= ~risen
+        self.patience = RESET_PERIODS if risen else max(0, self.patience - 1)
         self.enabled_by &= wanted
         if request.flags & HOME and not self.homing and not self.homed and self.all_enabled():
             self.homing = True
@@ -130,8 +133,9 @@ class Drives:
             enabled = word & STATUS_MASK == STATUS_ENABLED
             if enabled:
                 self.enabled_by |= self.wanted & 1 << n
-            left = self.enabled_by & 1 << n and not enabled
-            if self.wanted >> n & 1 and (left or self.error[n]):
+            was_enabled = bool(self.enabled_by & 1 << n)
+            failed = self.error[n] and (was_enabled or not self.patience)
+            if self.wanted >> n & 1 and (failed or (was_enabled and not enabled)):
                 self.faults |= 1 << n
         attained = all(word & HOMING_ATTAINED for word in self.status)
         if self.homing and attained and self.mode == [HOMING] * AXES:

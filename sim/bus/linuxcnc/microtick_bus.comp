@@ -7,7 +7,7 @@ both messages is in sim/bus/linuxcnc/link.py.
 pin in float target-#[5] "commanded position, mm or degrees";
 pin out float position-#[5] "measured position, mm or degrees";
 pin in bit enable-#[5] "the drive is to be in operation enabled";
-pin out bit fault-#[5] "the drive has a fault, or it left operation enabled by itself";
+pin out bit fault-#[5] "the drive has a fault, left operation enabled by itself, or does not answer";
 pin out u32 error-#[5] "error code of the drive, object 603F";
 pin in bit estop-ok "false: quick stop";
 pin in bit home "rising edge: the drives home, method 37";
@@ -41,7 +41,7 @@ struct answer {
 };
 
 static int to_master = -1, from_master = -1;
-static int opened, was_linked;
+static int opened, was_linked, was_silent;
 static unsigned were_faulty;
 static const char axis_name[] = "XYZAC";
 
@@ -72,7 +72,7 @@ static const char *cause(unsigned code) {
 FUNCTION(_) {
     struct request request = {0};
     struct answer answer = {0};
-    int i;
+    int i, silent;
     if (!opened) {
         opened = 1;
         to_master = open("to_master", O_WRONLY);
@@ -95,20 +95,23 @@ FUNCTION(_) {
     if (to_master < 0) { /* positions stay, the drives stop by themselves */
         ok = enabled = 0;
         lost = lost + 1;
+        for (i = 0; i < AXES; i++) fault(i) = 1;
         return;
     }
     if (answer.number != request.number) answer.flags &= ~LINK;
     periods = answer.number;
     lost = answer.missed;
-    if (was_linked && !(answer.flags & LINK)) {
+    silent = was_linked && !(answer.flags & LINK);
+    if (silent && !was_silent) {
         rtapi_print_msg(RTAPI_MSG_ERR, "microtick_bus: the drives do not answer, %u servo periods are lost",
                         answer.missed);
     }
-    was_linked = (answer.flags & LINK) != 0;
+    was_silent = silent;
+    was_linked |= (answer.flags & LINK) != 0;
     for (i = 0; i < AXES; i++) {
         unsigned bit = 1u << i;
         position(i) = answer.place[i];
-        fault(i) = (answer.faulty & bit) != 0;
+        fault(i) = (answer.faulty & bit) != 0 || silent;
         error(i) = answer.code[i];
         if (answer.faulty & ~were_faulty & bit) {
             rtapi_print_msg(RTAPI_MSG_ERR, "microtick_bus: drive of axis %c: error %04X, %s", axis_name[i],
@@ -118,5 +121,5 @@ FUNCTION(_) {
     were_faulty = answer.faulty;
     homed = (answer.flags & HOMED) != 0;
     enabled = (answer.flags & ENABLED) != 0;
-    ok = estop_ok && was_linked;
+    ok = estop_ok && was_linked && !silent;
 }

@@ -18,8 +18,8 @@ from sim.report.document import Page
 
 TITLE = "Microtick: LinuxCNC drives the machine"
 LEAD = (
-    "LinuxCNC 2.9, unmodified, plays a program. pysoem hands the targets of its servo thread to the "
-    "slave in RTL each millisecond. Drag to zoom, double-click to see everything."
+    "LinuxCNC 2.9, unmodified, plays a program. pysoem hands the targets of its servo thread to "
+    "the slave in RTL each millisecond. Drag to zoom, double-click to see everything."
 )
 AXES = "XYZAC"
 
@@ -45,9 +45,10 @@ def facts(report: Mapping[str, Any]) -> dict[str, str]:
         brakes = after["brakes_after"]
         found |= {
             "fault": after["kind"],
-            "the robot stands after": f"{after['stands_after'] / 10:g} ms, {MM * after['distance']:.3f} mm",
+            "the robot stands after": f"{after['stands_after'] / 10:g} ms, "
+            f"{MM * after['distance']:.3f} mm",
             "brakes closed after": "never" if brakes is None else f"{brakes / 10:g} ms",
-            "LinuxCNC": f"{after['linuxcnc']}, after {after['periods']} servo periods",
+            "LinuxCNC": after["linuxcnc"],
             "error codes": " ".join(f"{code:04X}" for code in report["error_codes"]),
         }
     found |= {f"message {n}": text for n, text in enumerate(report["messages"], start=1)}
@@ -63,7 +64,9 @@ def write(file: Path, report: Mapping[str, Any], run: Run) -> None:
     """Write the page."""
     page = Page(TITLE, LEAD)
     page.facts({"date": provenance.now(), "commit": provenance.commit(), **facts(report)})
-    page.section("LinuxCNC's targets", "One in each servo period of 1 ms, and what it sees of them.")
+    page.section(
+        "LinuxCNC's targets", "One in each servo period of 1 ms, and what it sees of them."
+    )
     log = run.log
     seconds = np.arange(len(log)) / 1000
     units = np.array([MM] * TABLE_AXES + [DEGREE] * (len(AXES) - TABLE_AXES))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a run of LinuxCNC against the machine came to: errors, lost periods, states after a fault."""
+"""What a run of LinuxCNC came to: errors, lost servo periods, states after a fault."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from sim.bus.linuxcnc.config import LinuxcncError
 from sim.bus.linuxcnc.master import LOG
 from sim.bus.path_run import DELAY, FOLLOWING_ERROR, TICKS, Curves
 
@@ -39,9 +40,9 @@ class Run:
         log = np.fromfile(folder / "log", LOG)
         return cls([json.loads(line) for line in lines], log, places, powered, machine)
 
-    def first(self, event: str) -> dict[str, Any] | None:
-        """The first line of this kind."""
-        return next((line for line in self.events if line["event"] == event), None)
+    def first(self, event: str) -> dict[str, Any]:
+        """The first line of this kind, empty if there is none."""
+        return next((line for line in self.events if line["event"] == event), {})
 
     @property
     def messages(self) -> list[str]:
@@ -49,10 +50,12 @@ class Run:
         return [line["text"] for line in self.events if line["event"] in ("message", "failed")]
 
     def frames(self) -> tuple[int, int]:
-        """Of the program: first frame, and the one after the last; up to a fault."""
+        """Of the program: first frame, and the one after the last; up to a fault.
+
+        Raises LinuxcncError with LinuxCNC's words if it has run none."""
         begin, end = self.first("begin"), self.first("over")
-        if begin is None or end is None:
-            raise RuntimeError("; ".join(self.messages) or "LinuxCNC has run no program")
+        if not begin or not end:
+            raise LinuxcncError(f"LinuxCNC has run no program: {'; '.join(self.messages)}")
         last = min(end["periods"], len(self.log) - DELAY // TICKS - 1)
         tick = self.machine["fault_tick"]
         if tick is None and (fault := self.first("fault")):
@@ -79,7 +82,9 @@ class Run:
         log, curves = self.log[begin:end], self.curves()
         away = np.abs(log["target"] - log["position"]).max(axis=0)
         gaps = int((np.diff(self.log["number"]) != 1).sum())
-        texts = [text for text in self.messages if FOLLOWING_TEXT in text]
+        kinds = [line["event"] for line in self.events]
+        before = self.events[: kinds.index("fault") if "fault" in kinds else None]
+        texts = [line for line in before if FOLLOWING_TEXT in line.get("text", "")]
         return {
             "periods": int(end - begin),
             "tool_error": curves.tool_error,
@@ -89,16 +94,16 @@ class Run:
             "lost": int((self.log["right"][:end] == 0).sum()) + gaps,
             "ended": self.first("over")["state"],
             "messages": self.messages,
-            "end": (self.first("rest") or {}).get("position"),
+            "end": self.first("rest").get("position"),
             "after_fault": self.after_fault(),
             **self.machine,
         }
 
     def after_fault(self) -> dict[str, Any] | None:
         """From the fault on, in ticks: until the robot stands, until the brakes are closed; how far
-        the tool went [m]; the state that LinuxCNC is in, and after how many periods."""
+        the tool went [m]; the state that LinuxCNC is in, and its messages."""
         fault = self.first("fault")
-        if fault is None:
+        if not fault:
             return None
         begin = self.machine["fault_tick"] or TICKS * fault["periods"]
         tool = self.places[begin:, :3]
@@ -110,13 +115,8 @@ class Run:
             "brakes_after": int(np.argmax(off)) if off.any() else None,
             "distance": float(np.linalg.norm(np.diff(tool, axis=0), axis=1).sum()),
             "linuxcnc": (self.first("rest") or self.events[-1])["state"],
-            "periods": self.first("over")["periods"] + self.lost_at("over") - begin // TICKS,
+            "messages": [line["text"] for line in self.events if line["event"] == "message"],
         }
-
-    def lost_at(self, event: str) -> int:
-        """Periods without an answer at all, up to this line: the master is gone."""
-        line = self.first(event)
-        return max(0, (line or {}).get("unanswered", 0))
 
 
 def away_from(path: Floats, points: Floats) -> float:

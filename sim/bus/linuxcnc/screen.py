@@ -16,6 +16,7 @@ from typing import Any
 
 POLL_S = 0.02
 START_PERIODS = 200  # after the order to run, within which a program begins
+LAST_POLLS = 50
 SETTLE_PERIODS = {False: 40, True: 150}  # after the program; after a fault
 BUS = "microtick-bus.0."
 
@@ -146,7 +147,9 @@ class Screen:
         """The drives come to rest; then LinuxCNC switches them off."""
         end = self.clock() + SETTLE_PERIODS[bool(self.task["fault"])]
         self.until("the rest", lambda: self.clock() >= end)
-        self.messages()
+        for _ in range(LAST_POLLS):  # LinuxCNC's task hands messages on by the clock of the day
+            self.messages()
+            time.sleep(POLL_S)
         self.say("rest", position=self.position())
         if self.on():
             self.command.state(self.cnc.STATE_OFF)
