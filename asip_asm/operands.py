@@ -210,11 +210,11 @@ class Operands:
                 raise SourceError(operands["dst"].place, f"'{step.write}' is a vector already")
             return
         self._check_core(operands["dst"], "lanes", self.configuration.lanes)
-        name, c = step.reads.get("c"), operation.c
+        vector, c = step.reads.get("c"), operation.c
         if "lane" in record.operands:
             bank = c.bank if isinstance(c, Register) and c != ZERO else ""
             operation.lanes_of = (
-                STREAM_PINS.find(bank) if bank else self.vectors.get(name or "", -1)
+                STREAM_PINS.find(bank) if bank else self.vectors.get(vector or "", -1)
             )
             if operation.lanes_of < 0:
                 raise SourceError(
@@ -235,13 +235,13 @@ class Operands:
                 "declare it with .vectors W, pin A = words, and write W+",
             )
         pin = STREAM_PINS[pipe]
-        if name is not None and self.vectors.get(name) != pipe:
+        if vector is not None and self.vectors.get(vector) != pipe:
             raise SourceError(
                 operands["c"].place,
-                f"'{name}' is no vector of pipe {pin}",
+                f"'{vector}' is no vector of pipe {pin}",
                 f"vectors of pipe {pin} come from its stream",
             )
-        if name is None and isinstance(c, Register) and c.bank not in ("zero", pin):
+        if vector is None and isinstance(c, Register) and c.bank not in ("zero", pin):
             raise SourceError(
                 operands["c"].place,
                 f"{register_name(c)} is no vector of pipe {pin}",
