@@ -76,7 +76,7 @@ def core_goals(document: Mapping[str, Any] | None = None) -> list[dict[str, Any]
     found = []
     for top, name, field, unit, target, meets in ROWS:
         own = figure(document, top, field)
-        met = own.valid and meets(own.value, target)
+        met = own.valid and own.value is not None and meets(own.value, target)
         found.append(
             dict(
                 name=name,
