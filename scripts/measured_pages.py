@@ -21,6 +21,7 @@ from typing import Any
 
 from asip_asm.command import command, script_parser
 from asip_asm.project import BUILD, ROOT
+from scripts.figures import main as state_figures
 
 
 @dataclass(frozen=True)
@@ -177,6 +178,7 @@ def main(arguments: list[str] | None = None) -> int:
             print(f"{page.name}: python {page.writer}; {page.missing() or 'can be written'}")
         return 0
     failed = [page.name for page in chosen if not write(page)]
+    state_figures([])
     if failed:
         print(f"not written: {', '.join(failed)}", file=sys.stderr)
     return 1 if failed else 0

@@ -21,7 +21,7 @@ from asip_asm.command import command
 from asip_asm.files import write_text
 from scripts.generated import table
 from sim.bench.platforms.__main__ import area_section
-from sim.bench.run.tables import OPERATIONS, measured_at, unit
+from sim.bench.run.tables import OPERATIONS, unit
 from sim.report.marks import write_between_marks
 from sim.robot.published import Published
 from sim.robot.records import OUTPUTS
@@ -131,7 +131,7 @@ def kept(data: dict[str, Any]) -> dict[str, Any]:
 
     The cores, without the figure of each seed; the ends and times of the longest path.
     """
-    names = ("aluts", "registers", "dsp_18x18", "memory_bits", "modules", "commit")
+    names = ("aluts", "registers", "dsp_18x18", "memory_bits", "modules", "commit", "rtl")
     tops = json.loads(KEPT.read_text(encoding="utf-8"))["tops"] if KEPT.is_file() else {}
     for core in CORES & data["tops"].keys():
         top = data["tops"][core]
@@ -154,8 +154,7 @@ def synthesis(data: dict[str, Any]) -> str:
         memory = f"{top['memory_bits'] / 1000:.0f}"
         spread = f"({clock['min']:.0f}..{clock['max']:.0f}, {clock['runs']} seeds)"
         rows.append([CORES[name], *area, memory, f"{clock['median']:.0f} {spread}"])
-    lines = ["", *table([*head, "clock [MHz], median (range)"], rows)]
-    return "\n".join([*lines, "", f"Measured at commit {measured_at(data['tops'])}.", ""]) + "\n"
+    return "\n".join(["", *table([*head, "clock [MHz], median (range)"], rows), ""]) + "\n"
 
 
 @command("scripts/readme.py")

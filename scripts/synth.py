@@ -24,6 +24,7 @@ from scripts.synth_unit import OUTPUT, ROOT, SynthesisError, synthesise
 from sim.bench.run.tables import resource_table
 from sim.report.provenance import commit
 from sim.robot.published import Published
+from sim.rtl.figures import rtl_mark
 from sim.rtl.sources import sources_of
 
 RESULT = ROOT / "build/synth.json"
@@ -136,7 +137,8 @@ def main(argv: list[str] | None = None) -> int:
         except SynthesisError as error:
             console.print(f"error: {error}", markup=False)
             return 1
-        tops[top.name] = figures(result) | {"commit": commit()}
+        mark = rtl_mark(top.name, result["modules"])
+        tops[top.name] = figures(result) | {"commit": commit(), "rtl": mark}
         data |= {
             "measured": "area: Yosys synth_intel_alm, Cyclone V; speed: nextpnr, ECP5-85 grade 8",
             "inferred": "Stratix III has the same ALM with two registers and is a faster fabric "

@@ -12,6 +12,7 @@ from sim.motion.geometry.blend import SCALE
 from sim.motion.geometry.curves import Arc, FloatArray
 from sim.motion.geometry.smoothed import Smoothed
 
+
 @dataclass(eq=False)
 class Segment:
     """A move in path space [m]."""
