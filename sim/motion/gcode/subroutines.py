@@ -21,7 +21,7 @@ class Subroutines:
         self._returns([])
 
     def sub(self, head: Head, line: Line, values: list[float]) -> None:
-        if self.run.frame.label is not None:
+        if self.run.frame.label != "":
             self.run.fail(
                 head,
                 f"subroutine inside O{shown(self.run.frame.label)} sub",
