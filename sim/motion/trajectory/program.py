@@ -99,14 +99,16 @@ class ProgramPath(Ticks):
     @property
     def drawing(self) -> NDArray[np.bool_]:
         """Whether a tick (n,) is of a move at a feed rate, not of a rapid one."""
-        feed = np.array([move.motion is not Motion.RAPID for move in self.moves])
-        return (self.move >= 0) & feed[self.move]
+        feed: NDArray[np.bool_] = np.array([move.motion is not Motion.RAPID for move in self.moves])
+        drawn: NDArray[np.bool_] = feed[self.move]
+        return np.asarray(drawn & (self.move >= 0))
 
     @property
     def exact_stop(self) -> NDArray[np.bool_]:
         """Whether a tick (n,) is of a move under G61.1."""
-        exact = np.array([move.exact_stop for move in self.moves])
-        return (self.move >= 0) & exact[self.move]
+        exact: NDArray[np.bool_] = np.array([move.exact_stop for move in self.moves])
+        stops: NDArray[np.bool_] = exact[self.move]
+        return np.asarray(stops & (self.move >= 0))
 
 
 def plan(program: GcodeProgram, robot: Robot, ticks: int | None = None) -> ProgramPath:
