@@ -33,8 +33,8 @@ def load_words(image: Image) -> Iterator[tuple[int, int]]:
         yield BLOCK["program"] + offset, word
     for constant in image.constants:
         yield BLOCK["constants"] + constant.index, int(constant.bits, 16)
-    for address, word in enumerate(image.data):
-        yield BLOCK["data"] + address, int(word, 16)
+    for address, bits in enumerate(image.data):
+        yield BLOCK["data"] + address, int(bits, 16)
     for pipe, pin in enumerate(STREAM_PINS):
         vectors = any(block.lanes for block in image.streams if block.pin == pin)
         lanes = default_isa().configurations[image.configuration].lanes if vectors else 0
