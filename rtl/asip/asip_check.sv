@@ -2,11 +2,12 @@
 // asip_check: whether a decoded operation may issue. Combinational.
 // Contract: illegal_o is set for what the decoder found illegal, a bank or index that does not exist, and
 // an output as the destination of a multiply-add; the issue logic never starts an illegal operation.
-// The register of a stream is there in the slot of its pipe alone.
+// The register of a stream is there in the slot of its pipe alone, a loop of a level that the core has.
 module asip_check #(
     parameter int unsigned FmaPipes = 2,
     parameter int unsigned Slot     = 0,
-    parameter bit          Streams  = 1'b0
+    parameter bit          Streams  = 1'b0,
+    parameter int unsigned Loops    = 0
 ) (
     input  asip_pkg::decoded_t op_i,
     output logic               illegal_o
@@ -25,7 +26,8 @@ module asip_check #(
 
   // verilog_format: off - it breaks calls inside their parentheses
   assign illegal_o = op_i.illegal || bad_source(op_i.a) || bad_source(op_i.b) ||
-                     bad_source(op_i.c) || (op_i.to_output && (op_i.fma || op_i.dst[5]));
+                     bad_source(op_i.c) || (op_i.to_output && (op_i.fma || op_i.dst[5])) ||
+                     (op_i.loop && 32'(op_i.imm[15:asip_isa_pkg::LOOP_COUNT_WIDTH]) >= Loops);
   // verilog_format: on
 
   logic unused_op;
