@@ -119,7 +119,7 @@ class _Maker:
         return (1 - before) * self.slot.size + offset
 
     def index(self, value: int) -> None:
-        self.plan.op("mov", value * self.slot.size, to="i")
+        self.plan.op("iadd", value * self.slot.size, 0, to="i")
 
     def step(self, by: int) -> None:
         self.plan.op("iadd", "i", by * self.slot.size, to="i")

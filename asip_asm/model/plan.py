@@ -394,7 +394,7 @@ class _Run:
                 self._step(item)
 
     def _step(self, op: Op) -> None:
-        if op.dst and op.name in ("iadd", "mov") and all(self._whole(arg) for arg in op.args):
+        if op.name == "iadd" and all(self._whole(arg) for arg in op.args):
             self.integers[op.dst] = sum(self._integer(arg) for arg in op.args)
             return
         if op.block:
