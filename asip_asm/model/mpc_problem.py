@@ -36,10 +36,11 @@ KEYS = (
 )  # fmt: skip
 SIZES = {"horizon": (2, 256), "iterations": (2, 1000), "states": (1, 32), "inputs": (1, 16)}
 """Least and most of each number; the memories of the core are checked where a program is made."""
-RELAXATIONS = (1.0, 1.6, 1.8)
-SCALES = tuple(10.0 ** (k / 4) for k in range(-6, 9))
-"""Penalties tried, times the square of a box's width by the weight that stands against it."""
-SAMPLES, LONG, SEED = 100, 1000, 38
+RELAXATIONS = (1.0, 1.6)
+STEPS = (1.0, 0.25)
+"""Penalties tried, for limits of -1 and 1: decades around 1, then quarters of the best decade."""
+SAMPLES, LONG, SEED = 100, 500, 38
+SHARE = 0.9
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
@@ -274,24 +275,36 @@ def _with_penalty(file: _File, problem: Problem) -> Problem:
     if relaxation and not 1 <= relaxation < 2:
         file.fail("relaxation", f"relaxation = {relaxation}; it is 1 to below 2")
     shapes = [_shape(problem.state_box), _shape(problem.input_box)]
-    grids: list[tuple[float, ...]] = []
+    fixed = []
     for name, shape in zip(("state", "input"), shapes, strict=True):
-        if name in table and not (isinstance(table[name], int | float) and table[name] > 0):
-            file.fail("penalty", f"penalty.{name} = {table[name]!r}; it is above 0")
-        fixed = (float(table[name]),) if name in table else SCALES
-        grids.append(fixed if shape.any() else (1.0,))
-    relaxations = (float(relaxation),) if relaxation else RELAXATIONS
-    choices = [
-        _replace(problem, (x * shapes[0], u * shapes[1]), alpha)
-        for x, u, alpha in itertools.product(*grids, relaxations)
-    ]
-    if len(choices) == 1:
-        return choices[0]
+        given = table.get(name)
+        if given is not None and not (isinstance(given, int | float) and given > 0):
+            file.fail("penalty", f"penalty.{name} = {given!r}; it is above 0")
+        fixed.append(given if given is not None else None if shape.any() else 1.0)
     start = np.random.default_rng(SEED).uniform(*problem.start, (SAMPLES, len(problem.states)))
     dense = _Dense(problem)
-    middle = choices[len(choices) // 2]
-    best = dense.solve(middle, start, LONG)
-    return min(choices, key=lambda choice: dense.distance(choice, start, best))
+    least: Matrix | None = None
+    centre, choice = [0.0, 0.0], problem
+    for step in STEPS if None in fixed or not relaxation else STEPS[-1:]:
+        grids = [
+            [at] if at is not None else [10.0 ** (middle + k * step) for k in range(-2, 3)]
+            for at, middle in zip(fixed, centre, strict=True)
+        ]
+        alphas = (float(relaxation),) if relaxation else RELAXATIONS
+        choices = [
+            _replace(problem, (x * shapes[0], u * shapes[1]), alpha)
+            for x, u, alpha in itertools.product(*grids, alphas)
+        ]
+        if len(choices) == 1:
+            return choices[0]
+        if least is None:
+            least, _ = dense.outcome(start, dense.solve(choices[len(choices) // 2], start, LONG))
+        scores = [dense.score(each, start, least) for each in choices]
+        best = int(np.argmin(scores))
+        choice = choices[best]
+        pair = list(itertools.product(*grids, alphas))[best]
+        centre = [float(np.log10(each)) for each in pair[:2]]
+    return choice
 
 
 def _replace(problem: Problem, penalty: tuple[Matrix, Matrix], relaxation: float) -> Problem:
@@ -351,15 +364,18 @@ class _Dense:
             h = [one - 2 * v for one, v in zip(t, slack, strict=True)]
         return slack[1]
 
-    def distance(self, problem: Problem, start: Matrix, best: Matrix) -> float:
-        """Largest distance of inputs and states from the best ones, and of states from their box,
-        by the width of the box or of the best ones' range.
+    def score(self, problem: Problem, start: Matrix, least: Matrix) -> float:
+        """Cost above the `least` one, as a share of it, which nine of ten initial states stay below;
+        and the largest violation of a state's box, by half its width.
         """
-        u = self.solve(problem, start, problem.iterations)
-        moved, base = (v @ self.forced.T + start @ self.free.T for v in (u, best))
-        (low, high), n = self.box[0], len(problem.states)
-        size = np.where(np.isfinite(high - low), high - low, np.tile(np.ptp(base.reshape(-1, n), 0), len(low) // n) + 1e-9)
-        beyond = np.maximum(np.maximum(low - moved, moved - high), 0) / size
-        scale = np.maximum(np.ptp(best, axis=0), 1e-9)
-        far = np.sqrt(np.mean(((u - best) / scale) ** 2, axis=1))
-        return float(np.quantile(far, 0.9) + 10 * beyond.max())
+        cost, beyond = self.outcome(start, self.solve(problem, start, problem.iterations))
+        above = (cost - least) / np.maximum(least, 1e-12)
+        return float(np.quantile(above, SHARE) + beyond.max())
+
+    def outcome(self, start: Matrix, u: Matrix) -> tuple[Matrix, Matrix]:
+        """Cost, and largest violation of a state's box by half its width, of each plan."""
+        states = u @ self.forced.T + start @ self.free.T
+        cost = (states @ self.q * states).sum(axis=1) + (u @ self.r * u).sum(axis=1)
+        low, high = self.box[0]
+        half = half_width(self.box[0])
+        return cost / 2, (np.maximum(low - states, states - high).clip(0) / half).max(axis=1)

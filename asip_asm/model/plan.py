@@ -17,11 +17,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from asip_asm.assembly_text import quoted
 from asip_asm.dependence import build_graph
 from asip_asm.ir import ZERO, Operation, Virtual
 from asip_asm.machine import Machine, load_machine
 from asip_asm.model.emit import literal
+from asip_asm.model.compiler import Compiled, Options
 from asip_asm.model.graph import Graph
+from asip_asm.model.law import Law
 from asip_asm.model.read import ModelError
 from asip_asm.search import Problem, build_problem, search
 
@@ -30,6 +33,8 @@ EFFORT = 40
 """Schedules tried for the order of a part."""
 NEGLIGIBLE = 2.0**-40
 """An entry of a matrix below this share of the largest one of its row is a zero."""
+WAIT = 8
+"""Cycles for an operation of the run, of which the watchdog never sees more."""
 COLUMNS = 8
 """Words of a stream in a line of text."""
 
@@ -107,6 +112,7 @@ class Plan:
         self._count = 0
         self.graph = Graph()
         self.streams: dict[str, list[float]] = {pipe: [] for pipe in PIPES}
+        self.steps = 0
 
     # ------------------------------------------------------------------ making
     def op(self, name: str, *args: Operand, to: str = "") -> str:
@@ -267,7 +273,7 @@ class Plan:
         if not any(op.words for op in part):
             return part
         machine = self.machine
-        fma = [machine.unit(Operation(op.name)).name == "fma" for op in part]
+        fma = [self._is_fma(op) for op in part]
         for op, pipe in zip(part, fma, strict=True):
             if pipe and op.dst in shared and op.dst not in pins:
                 held = list(pins.values())
@@ -290,11 +296,52 @@ class Plan:
                 words[pin] += times
         return [part[i] for i in order]
 
+    # ------------------------------------------------------------------ account
+    def account(self, cycles: int) -> list[str]:
+        """Where the cycles go: the slots used, and the work of each straight part, for people."""
+        parts = list(self._work(self.items, (), 1))
+        used = [sum(times * counts[k] for _, times, counts in parts) for k in range(3)]
+        lines = [
+            f"multiply-add slots used: {50 * used[0] / cycles:.0f} %, "
+            f"{self.share(cycles):.0f} % with products of matrices; "
+            f"auxiliary slot: {100 * used[2] / cycles:.0f} %"
+        ]
+        for path, times, (fma, words, aux) in parts:
+            least = max(-(-fma // 2), aux)
+            lines.append(
+                f"  {'/'.join(path) or 'once':<18} {times:5} x {fma:4} multiply-adds, {words:4} of "
+                f"them products, {aux:4} others: {times * least} cycles or more"
+            )
+        return lines
+
+    def share(self, cycles: int) -> float:
+        """Multiply-add slots that products with matrices take, in percent."""
+        return 50 * sum(times * c[1] for _, times, c in self._work(self.items, (), 1)) / cycles
+
+    def _work(
+        self, items: Sequence[Item], path: tuple[str, ...], times: int
+    ) -> Iterator[tuple[tuple[str, ...], int, tuple[int, int, int]]]:
+        part: list[Op] = []
+        for item in [*items, None]:
+            if isinstance(item, Op):
+                part.append(item)
+            elif not isinstance(item, Rewind):
+                if part:
+                    fma = sum(self._is_fma(op) for op in part)
+                    words = sum(op.words is not None for op in part)
+                    yield path, times, (fma, words, len(part) - fma)
+                part = []
+                if item is not None:
+                    yield from self._work(item.body, (*path, item.name), times * item.count)
+
+    def _is_fma(self, op: Op) -> bool:
+        return self.machine.unit(Operation(op.name)).name == "fma"
+
     # ------------------------------------------------------------------ text
-    def text(self, watchdog: int, head: Sequence[str] = ()) -> str:
-        """Linear assembly of a finished plan; `head`: lines of comment."""
-        rows = [*(f"; {line}" for line in head), f'.program "{self.title}"']
-        rows += [f".config {self.machine.configuration}", f".watchdog {watchdog}", ""]
+    def text(self) -> str:
+        """Linear assembly of a finished plan."""
+        rows = [f".program {quoted(self.title)}", f".config {self.machine.configuration}"]
+        rows += [f".watchdog {WAIT * self.steps}", ""]
         rows += [f".input {name}" for name in self.inputs]
         rows += [f".output {name}, safe = {literal(safe)}" for name, safe in self.outputs.items()]
         rows += [f".space {name}, {count}" for name, count in self.spaces.items()]
@@ -394,6 +441,7 @@ class _Run:
                 self._step(item)
 
     def _step(self, op: Op) -> None:
+        self.plan.steps += 1
         if op.name == "iadd" and all(self._whole(arg) for arg in op.args):
             self.integers[op.dst] = sum(self._integer(arg) for arg in op.args)
             return
@@ -444,11 +492,15 @@ class _Run:
         self.values[op.dst] = self.memory[key]
 
 
+def compiled(plan: Plan, law: Law) -> Compiled:
+    """A finished plan as a compiled law."""
+    options = Options(configuration=plan.machine.configuration)
+    return Compiled(law, options, plan.graph, plan.text())
+
+
 def stream_machine(configuration: str) -> Machine:
     """The machine of a configuration that has streams. Raises ModelError for others."""
     machine = load_machine(configuration)
     if not machine.build.stream_words:
-        raise ModelError(
-            f"configuration {configuration} has no streams; take --config stream"
-        )
+        raise ModelError(f"configuration {configuration} has no streams; take --config stream")
     return machine

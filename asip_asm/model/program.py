@@ -30,7 +30,9 @@ class Built:
 
     @property
     def cycles(self) -> int:
-        return self.report.sections[0].cycles
+        """Of a program with loops as the assembler announces it, else with the report's bound."""
+        looped = len(self.report.sections) > 1 and self.image.cycles is not None
+        return self.image.cycles if looped else self.report.sections[0].cycles
 
     @property
     def bound_cycles(self) -> int:
