@@ -18,6 +18,7 @@ from asip_asm.model.emit import emit
 from asip_asm.model.expand import expand_functions
 from asip_asm.model.graph import Graph
 from asip_asm.model.law import Law, build_graph, check_limits
+from asip_asm.model.onnx_file import OnnxPolicy
 from asip_asm.model.places import EFFORT, beyond_bank, choose_places, operations
 from asip_asm.model.read import ModelError
 from asip_asm.model.simplify import share_divisors, simplify
@@ -70,6 +71,10 @@ def compile_law(
     """Program of a law, for `machine` (None: that of the configuration). Raises ModelError."""
     options = options or Options()
     machine = machine or load_machine(options.configuration)
+    if streamed(law, options):
+        from asip_asm.model.network_program import compile_network
+
+        return compile_network(law, options, machine)
     check_limits(law, machine)
     real = expand_functions(simplify(build_graph(law)))
     if options.reciprocal:
@@ -94,10 +99,20 @@ def compile_law(
     return Compiled(law, options, graph, emit(graph, law, machine, places))
 
 
+def streamed(law: Law, options: Options) -> bool:
+    """Whether the law becomes a program of loops and streams: a network of dense layers."""
+    streams = default_isa().configurations[options.configuration].stream_words
+    return bool(streams) and isinstance(law.function, OnnxPolicy) and not isinstance(
+        law.function.network, str
+    )
+
+
 def without_idle(law: Law, options: Options) -> Options:
     """The options without those that change nothing of this law: a reciprocal without a divisor
     that is constant or used twice, a choice of sines without an angle of known range.
     """
+    if streamed(law, options):
+        return options
     real = expand_functions(simplify(build_graph(law)))
     if options.reciprocal and simplify(share_divisors(real)).nodes == real.nodes:
         options = replace(options, reciprocal=False)

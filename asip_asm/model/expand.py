@@ -27,6 +27,8 @@ EXP = (0.5, 0.1666666716337204, 0.041666269302368164, 0.008333264850080013,
        0.0013946190010756254, 0.000199179703486152)  # fmt: skip
 EXPM1 = (0.5000000596046448, 0.1666666865348816, 0.04166531562805176, 0.008333072997629642,
          0.00139974569901824, 0.00019992895249743015)  # fmt: skip
+EXPM1_BELOW = (0.4999999701976776, 0.1666654348373413, 0.04166720062494278,
+               0.008366528898477554, 0.0013882520142942667)  # fmt: skip
 LOG = (0.3333333730697632, -0.2500016689300537, 0.19999843835830688, -0.16655564308166504,
        0.1427052915096283, -0.12714794278144836, 0.11735878884792328, -0.09252528101205826,
        0.038806408643722534)  # fmt: skip
@@ -121,10 +123,22 @@ class _Expander(Rewriter):
         return self.fma(self.op("fmul", x, x), self.horner(EXPM1, x), x)
 
     def _expm1(self, x: int) -> int:
+        node = self.new.nodes[x]
+        if node.op == "min" and 0.0 in [self.new.constant(arg) for arg in node.args]:
+            return self.mark("expm1", self._expm1_below(x), x)
         small = self._near_expm1(x)
         large = self.op("fsub", self._exponential(x), self.c(1.0))
         near = self.op("flt", self.op("fabs", x), self.c(0.5))
         return self.mark("expm1", self.op("sel", near, small, large), x)
+
+    def _expm1_below(self, x: int) -> int:
+        """2^k q + (2^k - 1) of a number x <= 0, with q = exp(r) - 1: nothing cancels, as 2^k <= 1."""
+        near = self.op("fmax", x, self.c(-30.0))
+        k = self.op("fsub", self.fma(near, self.c(1 / LN2), self.c(MAGIC)), self.c(MAGIC))
+        r = self.op("fnmsub", k, self.c(LN2), near)
+        q = self.fma(self.op("fmul", r, r), self.horner(EXPM1_BELOW, r), r)
+        power = self.power_of_two(k, 0)
+        return self.fma(power, q, self.op("fsub", power, self.c(1.0)))
 
     def _logarithm(self, x: int) -> int:
         bits = self.op("isub", x, self.new.add("int_const", value=ONE_BITS))

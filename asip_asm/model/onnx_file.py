@@ -9,11 +9,13 @@ may name no other file. Operators: `asip_asm.model.onnx_nodes`; standard: ONNX, 
 
 from __future__ import annotations
 
+import functools
 import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import casadi as ca
 import msgspec
@@ -24,6 +26,9 @@ from asip_asm.model.confined import BYTES, SECONDS, Confined, confined
 from asip_asm.model.onnx_values import VALUES, constant, objects, package
 from asip_asm.model.read import ModelError, Scalars, scalars
 
+if TYPE_CHECKING:
+    from asip_asm.model.onnx_layers import Network
+
 SUFFIX = ".onnx"
 FILE_BYTES = 1 << 26
 OPSETS = range(13, 27)
@@ -33,11 +38,30 @@ _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 @dataclass(frozen=True)
 class OnnxPolicy:
-    """A policy that was read: its bytes, and its scalar instructions as data."""
+    """A policy that was read: its bytes, and its scalar instructions and layers as data."""
 
     path: Path
     content: bytes
-    scalars: Scalars
+
+    @functools.cached_property
+    def scalars(self) -> Scalars:
+        """Raises ModelError."""
+        data = self.use(lambda model: msgspec.msgpack.encode(scalars(function_of(model))))
+        return msgspec.msgpack.decode(data, type=Scalars)
+
+    @functools.cached_property
+    def network(self) -> Network | str:
+        """Its dense layers, or what it has beside them. Raises ModelError."""
+        from asip_asm.model.onnx_layers import Network, network_of
+
+        def work(model) -> bytes:
+            found = network_of(model)
+            return msgspec.msgpack.encode((found, "") if isinstance(found, Network) else (None, found))
+
+        found, reason = msgspec.msgpack.decode(
+            self.use(work), type=tuple[Network | None, str]
+        )
+        return found or reason
 
     def use(
         self, work: Callable[[object], bytes], seconds: int = SECONDS, memory: int = BYTES
@@ -46,15 +70,19 @@ class OnnxPolicy:
         return _use(self.path, self.content, work, seconds, memory)
 
 
-def load_onnx(path: Path) -> OnnxPolicy:
-    """The policy of a file. Raises ModelError, OSError."""
+def load_onnx(path: Path, whole: bool = True) -> OnnxPolicy:
+    """The policy of a file; `whole`: its scalar instructions are read now. Raises ModelError,
+    OSError.
+    """
     if not path.exists():
         raise ModelError(f"{path}: no such file; export a policy to it")
     content = read_bytes(path, FILE_BYTES, "a policy")
     from asip_asm.model import onnx_nodes  # noqa: F401  imported here: the child can open no file
 
-    data = _use(path, content, lambda model: msgspec.msgpack.encode(scalars(function_of(model))))
-    return OnnxPolicy(path, content, msgspec.msgpack.decode(data, type=Scalars))
+    policy = OnnxPolicy(path, content)
+    if whole:
+        _ = policy.scalars
+    return policy
 
 
 def _use(

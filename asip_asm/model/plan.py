@@ -105,7 +105,7 @@ class Plan:
         self.title, self.inputs, self.outputs = title, list(inputs), dict(outputs)
         self.machine = machine
         self.spaces: dict[str, int] = {}
-        self.marks: dict[str, tuple[str, str]] = {}
+        self.marks: dict[str, tuple[str, Sequence[Operand]]] = {}
         self.items: list[Item] = []
         self._open = [self.items]
         self._unsettled: list[tuple[str, tuple[Operand, ...], str]] = []
@@ -133,10 +133,9 @@ class Plan:
         args = (value, index) if index else (value,)
         self._open[-1].append(Op("st", "", args, block, offset))
 
-    def mark(self, result: str, function: str, argument: str) -> str:
+    def mark(self, result: str, function: str, arguments: Sequence[Operand]) -> None:
         """State that `result` approximates a function, as `asip_asm.model.functions` has it."""
-        self.marks[result] = (function, argument)
-        return result
+        self.marks[result] = (function, arguments)
 
     def rewind(self) -> None:
         self._open[-1].append(Rewind())
@@ -318,6 +317,11 @@ class Plan:
         """Multiply-add slots that products with matrices take, in percent."""
         return 50 * sum(times * c[1] for _, times, c in self._work(self.items, (), 1)) / cycles
 
+    def bundles(self) -> int:
+        """Bundles that the operations take at least."""
+        counts = (found for _, _, found in self._work(self.items, (), 1))
+        return sum(max(-(-fma // 2), aux) for fma, _, aux in counts)
+
     def _work(
         self, items: Sequence[Item], path: tuple[str, ...], times: int
     ) -> Iterator[tuple[tuple[str, ...], int, tuple[int, int, int]]]:
@@ -452,8 +456,9 @@ class _Run:
         node = args[0] if op.name == "mov" else self.graph.add(op.name, *args)
         self.values[op.dst] = node
         if op.dst in self.plan.marks:
-            function, argument = self.plan.marks[op.dst]
-            self.graph.functions[node] = (function, (self.values[argument],))
+            function, arguments = self.plan.marks[op.dst]
+            nodes = tuple(self._node(op, each) for each in arguments)
+            self.graph.functions[node] = (function, nodes)
 
     def _whole(self, arg: Operand) -> bool:
         return isinstance(arg, int) or (isinstance(arg, str) and arg in self.integers)
@@ -466,6 +471,8 @@ class _Run:
             return self.values[arg]
         if isinstance(arg, Words):
             return self.graph.const(self._word(op.pipe, arg.at(self.counters)))
+        if isinstance(arg, int):
+            return self.graph.add("int_const", value=arg)
         return self.graph.const(arg)
 
     def _word(self, pipe: str, value: float) -> float:
