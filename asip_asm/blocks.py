@@ -105,7 +105,8 @@ class _Builder:
                 labels.append(statement.label)
             elif statement.kind == "endloop":
                 if not opened:
-                    self.reporter.add(statement.place, "endloop without a loop", "remove it")
+                    if not self.source.incomplete:
+                        self.reporter.add(statement.place, "endloop without a loop", "remove it")
                     continue
                 step, first = opened.pop()
                 if first == len(self.blocks) or current is None:
@@ -131,11 +132,11 @@ class _Builder:
                 if statement.halt:
                     target.halt = target.closed = True
                 for step in steps:
-                    if step.operation.mnemonic == "loop":
+                    if step.operation.mnemonic == "loop" and not statement.halt:
                         self._check_depth(step, len(opened))
                         opened.append((step, len(self.blocks)))
                         target.closed = True
-        for step, _ in opened:
+        for step, _ in opened if not self.source.incomplete else ():
             self.reporter.add(step.place, "loop without endloop", "add endloop after its body")
         self.open_labels = labels
         if labels:
@@ -155,7 +156,7 @@ class _Builder:
         return next((name for name in names if name in BRANCHES), "")
 
     def _check_depth(self, step: Step, depth: int) -> None:
-        if depth == self.levels:
+        if depth == self.levels > 0:
             self.reporter.add(
                 step.place,
                 f"a loop inside {depth} others",

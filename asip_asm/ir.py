@@ -76,9 +76,9 @@ class SourceLine:
 
 @dataclass(eq=False)
 class Operation:
-    """One operation. Unused sources are ZERO; `imm` is the data address of ld and st, the place of a
-    seek and the level and rounds of a loop, `target` the label of a branch. `symbols`: the values that stood in dst, a, b and c
-    before the allocator replaced them by registers.
+    """One operation. Unused sources are ZERO; `imm` is the data address of ld and st, the place of
+    a seek and the level and rounds of a loop, `target` the label of a branch. `symbols`: the values
+    that stood in dst, a, b and c before the allocator replaced them by registers.
     """
 
     mnemonic: str

@@ -94,7 +94,9 @@ def load_isa(path: Path = ISA_FILE) -> Isa:
     findings.keys("file", raw, sections, set())
     findings.stop()
     width, fields = _read_word(raw["operation_word"], findings)
-    findings.keys("bundle", raw["bundle"], {"control_width", "halt_bit", "loop_bit", "loop_levels"}, set())
+    findings.keys(
+        "bundle", raw["bundle"], {"control_width", "halt_bit", "loop_bit", "loop_levels"}, set()
+    )
     findings.keys("limits", raw["limits"], set(LIMIT_NAMES), set())
     findings.keys("clock", raw["clock"], {"clock_mhz"}, set())
     findings.keys("pipeline", raw["pipeline"], set(PIPELINE_NAMES), set())
@@ -203,9 +205,7 @@ def _read_configurations(
                 f"stream_words is {words!r}, must be 0 or a power of two to {1 << STREAM_BITS}",
             )
         if not isinstance(found.loops, int) or not 0 <= found.loops <= (levels if pipes > 1 else 0):
-            findings.add(
-                where, f"loops is {found.loops!r}, must be 0 to {levels}, with one slot 0"
-            )
+            findings.add(where, f"loops is {found.loops!r}, must be 0 to {levels}, with one slot 0")
         for unit, interval in found.intervals.items():
             findings.known(where, "unit of an interval", unit, units)
             if not isinstance(interval, int) or interval < 1:

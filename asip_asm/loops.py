@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Loops of a program: where their bodies begin and end, and the marks that the core decides by.
 
-A bundle with the operation `loop` is the one before the body. The core looks ahead, so the mark of the
-body's end is `AHEAD` bundles before its last one (docs/architecture.md#loops).
+A bundle with the operation `loop` is the one before the body. The core looks ahead, so the mark of
+the body's end is `AHEAD` bundles before its last one (docs/architecture.md#loops).
 """
 
 from __future__ import annotations

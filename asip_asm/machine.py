@@ -165,8 +165,8 @@ class Machine:
         return run.end + RUN_OVERHEAD
 
     def drain_cycle(self, bundles: Sequence[Bundle]) -> int:
-        """First cycle without a pending write: max(issue + latency + 1) over the operations; bodies of
-        loops run once.
+        """First cycle without a pending write: max(issue + latency + 1) over the operations; bodies
+        of loops run once.
 
         A bundle without a write, a store's among them, occupies the pipeline like latency 1.
         """
@@ -228,7 +228,8 @@ class Interlocks:
 class _Run:
     """A run of bundles with loops: rounds that repeat what was seen before are not simulated.
 
-    `cycle` is that of the next bundle and `end` that of the last write, both `skipped` cycles ahead.
+    `cycle` is that of the next bundle, `written` the end of the last write; both happen `skipped`
+    cycles later.
     """
 
     machine: Machine

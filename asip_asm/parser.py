@@ -190,7 +190,9 @@ class Parser:
                 raise SourceError(
                     token.place,
                     f"'{token.text}' is no operation of a bundle",
-                    "write it after the '}'" if token.text == "halt" else "write it in its own line",
+                    "write it after the '}'"
+                    if token.text == "halt"
+                    else "write it in its own line",
                 )
             raise SourceError(
                 token.place, f"unknown operation '{shortened(token.text)}'", self._meant(cursor)

@@ -49,8 +49,8 @@ class Declaration:
 @dataclass(frozen=True)
 class Operand:
     """Operand as written: kind 'name', 'value', 'stream' (its next word), 'place' (where a seek
-    goes: the immediate), 'count' (rounds of a loop) or 'address' (value + index register name). Text is the name, or the block
-    of data memory or of a stream that an expression names.
+    goes: the immediate), 'count' (rounds of a loop) or 'address' (value + index register name).
+    Text is the name, or the block of data memory or of a stream that an expression names.
     """
 
     kind: str

@@ -26,7 +26,7 @@ def check_streams(
 ) -> None:
     """Report reads of a stream that runs out, or whose next word is not certain.
 
-    A loop counts as one block here: nothing enters or leaves it elsewhere, and its rounds are known.
+    A loop counts as one block: nothing enters or leaves it elsewhere, and its rounds are known.
     """
     if not any(stream_place(step.operation) is not None for b in blocks for step in b.steps()):
         return
@@ -81,15 +81,15 @@ class _Checks:
             # After a seek all rounds begin at the same word, without one each begins as far on.
             again = self._round(loop, places, False, inside)
             places = tuple(
-                place if None in (place, then) else place + (loop.rounds - 2) * (then - place)
+                place
+                if place is None or then is None
+                else place + (loop.rounds - 2) * (then - place)
                 for place, then in zip(places, again, strict=True)
             )
             places = self._round(loop, places, report, inside)
         return loop.last, places
 
-    def _round(
-        self, loop: Loop, before: Places, report: bool, inside: Sequence[Loop]
-    ) -> Places:
+    def _round(self, loop: Loop, before: Places, report: bool, inside: Sequence[Loop]) -> Places:
         i, places = loop.first, before
         while i <= loop.last:
             last, places = self.through(i, places, report, (*inside, loop))

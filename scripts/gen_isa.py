@@ -115,7 +115,8 @@ def decoded_operation(isa: Isa) -> list[str]:
         sv_int("DECODED_WIDTH", sum(widths), "of decoded_t: Yosys knows no $bits"),
         "  // Control fields that only a core with streams, with loops has.",
         *(
-            f"  localparam logic [CONTROL_WIDTH-1:0] CONTROL_{field.upper()} = {only(field, control)};"
+            f"  localparam logic [CONTROL_WIDTH-1:0] CONTROL_{field.upper()} = "
+            f"{only(field, control)};"
             for field in OPTIONAL
         ),
         "",

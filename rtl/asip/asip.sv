@@ -576,8 +576,11 @@ module asip #(
       $error("asip: StreamWords=%0d is for configuration fast without Resilience", StreamWords);
     end
     if (Loops != 0 && (Loops > asip_isa_pkg::LOOP_LEVELS || Slots == 1 || Resilience != 0)) begin : gen_check_loops
-      $error("asip: Loops=%0d, must be 0 to %0d, for configuration fast without Resilience", Loops,
-             asip_isa_pkg::LOOP_LEVELS);
+      $error(
+          "asip: Loops=%0d, must be 0 to %0d, for configuration fast without Resilience",
+          Loops,
+          asip_isa_pkg::LOOP_LEVELS
+      );
     end
     // verilog_format: off - it breaks calls inside their parentheses
   if (2 ** $clog2(Bundles) != Bundles || Bundles > asip_isa_pkg::PROGRAM_BUNDLES ||
@@ -620,6 +623,6 @@ module asip #(
   assign trace_data_o  = result;
 
   logic unused_ops;
-  assign unused_ops = ^{ops_e1_q, decoded_q, decoded_d};
+  assign unused_ops = ^{ops_e1_q, decoded_p, decoded_q, decoded_d};
 
 endmodule

@@ -13,6 +13,8 @@ module asip_check #(
     output logic               illegal_o
 );
 
+  localparam int unsigned LastLevel = Loops == 0 ? 0 : Loops - 1;
+
   function automatic logic bad_source(input logic [8:0] source);
     case (source[8:6])
       asip_isa_pkg::BANK_ZERO: bad_source = |source[5:0];
@@ -27,7 +29,7 @@ module asip_check #(
   // verilog_format: off - it breaks calls inside their parentheses
   assign illegal_o = op_i.illegal || bad_source(op_i.a) || bad_source(op_i.b) ||
                      bad_source(op_i.c) || (op_i.to_output && (op_i.fma || op_i.dst[5])) ||
-                     (op_i.loop && 32'(op_i.imm[15:asip_isa_pkg::LOOP_COUNT_WIDTH]) >= Loops);
+                     (op_i.loop && 32'(op_i.imm[15:asip_isa_pkg::LOOP_COUNT_WIDTH]) > LastLevel);
   // verilog_format: on
 
   logic unused_op;

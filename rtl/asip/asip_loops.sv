@@ -39,12 +39,12 @@ module asip_loops #(
   logic [1:0] step, loads, turns;
   logic [1:0][15:0] pc, imm, turn_pc;
   logic [1:0][Loops-1:0] ends;
-  logic [1:0][Loops-1:0][CountWidth-1:0] left;   // rounds after this one
-  logic [1:0][Loops-1:0] more;                   // they are not 0
-  logic [1:0][Loops-1:0][15:0] first;            // bundle of the body
-  logic [1:0][1:0] turning;                      // a mark counted: one, two bundles ago
-  logic [15:0] target_q;                         // of the mark that counted in D
-  logic [1:0] late_q;                            // fetch resumed between a mark and its turn
+  logic [1:0][Loops-1:0][CountWidth-1:0] left;  // rounds after this one
+  logic [1:0][Loops-1:0] more;  // they are not 0
+  logic [1:0][Loops-1:0][15:0] first;  // bundle of the body
+  logic [1:0][1:0] turning;  // a mark counted: one, two bundles ago
+  logic [15:0] target_q;  // of the mark that counted in D
+  logic [1:0] late_q;  // fetch resumed between a mark and its turn
   logic redirect;
 
   assign redirect = clear_i || branch_i || resume_i;
@@ -129,5 +129,8 @@ module asip_loops #(
 
   assign turn_o    = late_q[1] || (step[0] && turns[0]);
   assign turn_pc_o = late_q[1] ? target_q : turn_pc[0];
+
+  logic unused_state;
+  assign unused_state = ^{left[0], turning[0]};
 
 endmodule
