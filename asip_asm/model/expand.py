@@ -124,20 +124,24 @@ class _Expander(Rewriter):
 
     def _expm1(self, x: int) -> int:
         node = self.new.nodes[x]
-        if node.op == "min" and 0.0 in [self.new.constant(arg) for arg in node.args]:
-            return self.mark("expm1", self._expm1_below(x), x)
+        for other, arg in (node.args, node.args[::-1]) if node.op == "min" else ():
+            if self.new.constant(arg) == 0.0:
+                return self.mark("expm1_below", self._expm1_below(other), other)
         small = self._near_expm1(x)
         large = self.op("fsub", self._exponential(x), self.c(1.0))
         near = self.op("flt", self.op("fabs", x), self.c(0.5))
         return self.mark("expm1", self.op("sel", near, small, large), x)
 
     def _expm1_below(self, x: int) -> int:
-        """2^k q + (2^k - 1) of a number x <= 0, with q = exp(r) - 1: nothing cancels, as 2^k <= 1."""
-        near = self.op("fmax", x, self.c(-30.0))
-        k = self.op("fsub", self.fma(near, self.c(1 / LN2), self.c(MAGIC)), self.c(MAGIC))
+        """exp(min(x, 0)) - 1 = 2^k q + (2^k - 1), q = exp(r) - 1: nothing cancels, as 2^k <= 1."""
+        near = self.op("fsat", x, self.c(-30.0), self.c(0.0))
+        shifted = self.fma(near, self.c(1 / LN2), self.c(MAGIC))
+        k = self.op("fsub", shifted, self.c(MAGIC))
+        power = self.op("f2i", self.fma(shifted, self.c(STEP), self.c((127 - MAGIC) * STEP)))
         r = self.op("fnmsub", k, self.c(LN2), near)
-        q = self.fma(self.op("fmul", r, r), self.horner(EXPM1_BELOW, r), r)
-        power = self.power_of_two(k, 0)
+        square = self.op("fmul", r, r)
+        low, high = self.horner(EXPM1_BELOW[:2], r), self.horner(EXPM1_BELOW[2:], r)
+        q = self.fma(square, self.fma(square, high, low), r)
         return self.fma(power, q, self.op("fsub", power, self.c(1.0)))
 
     def _logarithm(self, x: int) -> int:

@@ -23,12 +23,12 @@ from asip_asm.model.read import ModelError, Scalars, read_function
 from asip_asm.model.simplify import simplify
 from asip_asm.model.sums import SumBuilder
 
-BLOCKS = (64, 32, 16)
+BLOCKS = (32, 16)
 """Rows of a block, of which the shortest program that fits is taken."""
 
 
-ROOM = 0.9
-"""Share of the program memory that the least bundles of a plan may take: schedules have gaps."""
+ROOM, SPARE = 0.96, 20
+"""Share of the program memory that a plan may take; bundles of a layer with gaps."""
 
 
 def compile_network(law: Law, options: Options, machine: Machine) -> Compiled:
@@ -39,22 +39,26 @@ def compile_network(law: Law, options: Options, machine: Machine) -> Compiled:
             f"{law.title}: a network on streams has no other sums, quotients or sines; leave out "
             "--reassociate, --reciprocal and --sine, or take --config fast"
         )
-    room = ROOM * default_isa().program_bundles
-    for rows in BLOCKS:
-        plan = network_plan(law, network, machine, rows)
-        if plan.bundles() <= room or rows == BLOCKS[-1]:
-            break
-    return compiled(plan, law)
+    return compiled(network_plan(law, network, machine), law)
 
 
-def network_plan(law: Law, network: Network, machine: Machine, rows: int) -> Plan:
-    """The finished plan with at most `rows` rows in a block. Raises ModelError."""
+def network_plan(law: Law, network: Network, machine: Machine) -> Plan:
+    """The finished plan, its first layers in the largest blocks that fit. Raises ModelError."""
+    rows = [BLOCKS[-1]] * len(network.layers)
+    for number in range(len(rows)):
+        for most in BLOCKS:
+            tried = [*rows[:number], most, *rows[number + 1 :]]
+            if _Maker(law, network, machine, tried).bundles() <= ROOM * default_isa().program_bundles:
+                rows = tried
+                break
     return _Maker(law, network, machine, rows).make()
 
 
 class _Maker:
-    def __init__(self, law: Law, network: Network, machine: Machine, rows: int) -> None:
-        self.law, self.network, self.rows = law, network, rows
+    def __init__(
+        self, law: Law, network: Network, machine: Machine, rows: Sequence[int]
+    ) -> None:
+        self.law, self.network = law, network
         odd = [p for p in law.ports if p.kind not in ("input", "output") or p.type != "float"]
         if odd:
             raise ModelError(
@@ -65,14 +69,28 @@ class _Maker:
         outputs = {port.name: port.safe for port in law.of_kind("output")}
         self.plan = Plan(law.title, inputs, outputs, machine)
         # Issue distance of dependent multiply-adds, in rows of both pipes.
-        self.hidden = 2 * (machine.units["fma"].ranks + 1)
+        hidden = 2 * (machine.units["fma"].ranks + 1)
+        self.blocks = [
+            _Block(layer, most, hidden) for layer, most in zip(network.layers, rows, strict=True)
+        ]
+
+    def bundles(self) -> int:
+        """Bundles of the program, about: products of a round, bias and functions of each block."""
+        count = 0.0
+        for layer, block in zip(self.network.layers, self.blocks, strict=True):
+            function = Plan("", ["x"], {}, self.plan.machine)
+            if layer.activation is not None:
+                activate(function, layer.activation, "x")
+            work = 2 * function.bundles() if function.items else 1
+            count += block.rows * (block.unroll + work + 1) / 2 + SPARE
+        return int(count) + len(self.law.of_kind("input")) + len(self.law.of_kind("output"))
 
     def make(self) -> Plan:
         plan, network = self.plan, self.network
         (_, ports), = self.law.matched("argument", [network.argument])
         (_, results), = self.law.matched("result", [network.result])
         layers = network.layers
-        blocks = [_Block(layer, self.rows, self.hidden) for layer in layers]
+        blocks = self.blocks
         for number, block in enumerate(blocks):
             # Loads of the last round go beyond the last column.
             size = block.columns + block.unroll
@@ -89,10 +107,12 @@ class _Maker:
         for k, port in enumerate(ports):
             plan.store(port.name, "layer0", k)
         plan.rewind()
+        self.begin(blocks[0], blocks[0].bias[0], ())
         values: list[str] = []
         for number, (layer, block) in enumerate(zip(layers, blocks, strict=True)):
-            values = self.layer(number, layer, block, number + 1 == len(layers))
-        if not values:
+            self.columns_from(number, block)
+            values = self.layer(number, layer, blocks)
+        if blocks[-1].count > 1:
             values = [plan.load(f"layer{len(layers)}", k) for k in range(len(results))]
         for port, value in zip(results, values, strict=False):
             if port.limits is None:
@@ -102,49 +122,65 @@ class _Maker:
         plan.finish()
         return plan
 
-    def layer(self, number: int, layer: Layer, block: _Block, last: bool) -> list[str]:
-        """Append a layer; its results in registers, where it is the last one in one block."""
-        plan = self.plan
+    def begin(self, block: _Block, bias: np.ndarray, axes: tuple[str, ...]) -> None:
+        """Sums of a block with the bias (..., rows) in them."""
+        for r, names in enumerate(block.names):
+            self.plan.op("fadd", Words(bias[..., r], axes), 0.0, to=names[0])
+            for name in names[1:]:
+                self.plan.op("fadd", 0.0, 0.0, to=name)
+
+    def columns_from(self, number: int, block: _Block) -> None:
+        """The first numbers of a layer's input."""
+        self.plan.op("iadd", 0, 0, to="at")
+        for u in range(block.unroll):
+            self.plan.load(f"layer{number}", u, "at", to=f"in{u}")
+
+    def layer(self, number: int, layer: Layer, blocks: Sequence[_Block]) -> list[str]:
+        """Append a layer whose first sums have begun; its results, if they are in registers. With
+        the functions of a block the sums of the next one begin, which fills the pipes.
+        """
+        plan, block = self.plan, blocks[number]
+        after = blocks[number + 1] if number + 1 < len(blocks) else None
+        target = f"layer{number + 1}"
         if block.count == 1:
             values = self.block(number, layer, block, ())
-            if last:
-                return values
-            for r, value in enumerate(values):
-                plan.store(value, f"layer{number + 1}", r)
-            return []
+            for r, value in enumerate(values if after else ()):
+                plan.store(value, target, r)
+            if after:
+                self.begin(after, after.bias[0], ())
+            return values
+        follows = after is not None and after.names == block.names
+        bias = np.roll(block.bias, -1, axis=0)
+        bias[-1] = after.bias[0] if after is not None and follows else 0.0
         axis = f"block{number}"
         plan.op("iadd", 0, 0, to="row")
         with plan.loop(axis, block.count):
             for r, value in enumerate(self.block(number, layer, block, (axis,))):
-                plan.store(value, f"layer{number + 1}", r, "row")
+                plan.store(value, target, r, "row")
+            self.begin(block, bias, (axis,))
             plan.op("iadd", "row", block.rows, to="row")
+            self.columns_from(number, block)
+        if after is not None and not follows:
+            self.begin(after, after.bias[0], ())
         return []
 
     def block(self, number: int, layer: Layer, block: _Block, axes: tuple[str, ...]) -> list[str]:
-        plan, unroll, source = self.plan, block.unroll, f"layer{number}"
-        lanes = range(block.rows)
-        sums = [[f"sum{r}_{s}" for s in range(block.sums)] for r in lanes]
-        for r in lanes:
-            bias = block.bias[:, r] if axes else block.bias[0, r]
-            plan.op("fadd", Words(np.asarray(bias), axes), 0.0, to=sums[r][0])
-            for name in sums[r][1:]:
-                plan.op("fadd", 0.0, 0.0, to=name)
-        column = f"column{number}"
-        plan.op("iadd", 0, 0, to="at")
-        for u in range(unroll):
-            plan.load(source, u, "at", to=f"x{u}_in")
+        """Append the products and functions of a block; its results."""
+        plan, unroll, column = self.plan, block.unroll, f"column{number}"
         with plan.loop(column, block.columns // unroll):
             for u in range(unroll):
                 words = block.weights[:, u] if axes else block.weights[0, u]
-                for r in lanes:
-                    name = sums[r][u % block.sums]
+                for r, names in enumerate(block.names):
+                    name = names[u % len(names)]
                     word = Words(words[..., r], (*axes, column))
-                    plan.op("fmadd", word, f"x{u}_in", name, to=name)
-                plan.load(source, unroll + u, "at", to=f"x{u}_in")
-            plan.op("iadd", "at", unroll, to="at")
+                    plan.op("fmadd", word, f"in{u}", name, to=name)
+                # The index moves behind the first load: the last one ends the round.
+                plan.load(f"layer{number}", u if u else unroll, "at", to=f"in{u}")
+                if u == 0:
+                    plan.op("iadd", "at", unroll, to="at")
         results = []
-        for parts in sums:
-            left = list(parts)
+        for names in block.names:
+            left = list(names)
             while len(left) > 1:
                 left = [*left[2:], plan.op("fadd", left[0], left[1])]
             results.append(left[0])
@@ -155,17 +191,18 @@ class _Maker:
 
 class _Block:
     """Rows of a block and their number; columns, a multiple of those in a round of the loop
-    (`unroll`); sums of a row. weights: (blocks, unroll, rounds, rows); bias: (blocks, rows).
+    (`unroll`); names of the sums of each row. weights: (blocks, unroll, rounds, rows); bias: (blocks, rows).
     """
 
     def __init__(self, layer: Layer, most: int, hidden: int) -> None:
         rows, columns = layer.shape
         self.count = -(-rows // most)
         self.rows = -(-rows // self.count)
-        self.sums = 1
-        while self.sums * self.rows < hidden:
-            self.sums *= 2
-        self.unroll = max(2, self.sums)
+        sums = 1
+        while sums * self.rows < hidden:
+            sums *= 2
+        self.names = [[f"sum{r}_{s}" for s in range(sums)] for r in range(self.rows)]
+        self.unroll = max(2, sums)
         rounds = -(-columns // self.unroll)
         self.columns = rounds * self.unroll
         whole = np.zeros((self.count * self.rows, self.columns))
