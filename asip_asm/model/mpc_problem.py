@@ -127,7 +127,7 @@ class _File:
 
     def fail(self, key: str, text: str) -> NoReturn:
         lines = enumerate(self.text.splitlines(), 1)
-        table = rf"\s*(\[)?{re.escape(key)}\s*[\]=]"
+        table = rf"\s*\[?{re.escape(key)}\s*[\]=]"
         line = next((f"{n}:" for n, row in lines if re.match(table, row)), "")
         raise ModelError(f"{self.path}:{line} error: {text}")
 

@@ -93,7 +93,7 @@ class Reference:
 @dataclass(frozen=True)
 class Distance:
     """Distance of the plan after the fixed iterations, from zero, from the optimum: its cost above
-    the optimum's as a share of it, and its states beyond their box by half its width, each for
+    the optimum's as a share of it, and its states beyond their box by its width, each for
     every initial state that has an optimum. infeasible: states that have none.
     """
 
@@ -107,7 +107,7 @@ class Distance:
         count = len(self.excess)
         none = f"; {self.infeasible} more have no plan within the boxes" if self.infeasible else ""
         rows = [f"distance from the optimum (DAQP), {count} initial states{none}:"]
-        for name, values in (("cost above it", self.excess), ("state beyond its box", self.violation)):
+        for name, values in (("cost above it", self.excess), ("state beyond its box, by the width", self.violation)):
             median, far, most = np.quantile(values, (0.5, 0.99, 1.0))
             rows.append(f"  {name}: median {median:.2g}, 99 % {far:.2g}, largest {most:.2g}")
         return rows
@@ -148,7 +148,7 @@ def distance(problem: Problem, count: int = STATES, seed: int = SEED) -> Distanc
     boxed = np.tile(np.isfinite(problem.state_box).any(axis=0), steps)
     rows = np.ascontiguousarray(response[boxed])
     sense = np.zeros(steps * m + len(rows), dtype=np.int32)
-    half = np.tile(half_width(problem.state_box), steps)
+    width = np.tile(2 * half_width(problem.state_box), steps)
 
     def cost(x: Matrix, u: Matrix) -> float:
         states = held @ x + response @ u
@@ -167,7 +167,7 @@ def distance(problem: Problem, count: int = STATES, seed: int = SEED) -> Distanc
         least = cost(x, best)
         excess.append((cost(x, plan) - least) / max(least, 1e-12))
         states = base + response @ plan
-        beyond = np.maximum(low - states, states - high) / half
+        beyond = np.maximum(low - states, states - high) / width
         violation.append(max(0.0, float(beyond[boxed].max(initial=0.0))))
         first.append(plan[:m] - best[:m])
     return Distance(np.array(excess), np.array(violation), infeasible, np.array(first))
