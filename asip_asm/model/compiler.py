@@ -71,11 +71,11 @@ def compile_law(
     """Program of a law, for `machine` (None: that of the configuration). Raises ModelError."""
     options = options or Options()
     machine = machine or load_machine(options.configuration)
+    check_limits(law, machine)
     if streamed(law, options):
         from asip_asm.model.network_program import compile_network
 
         return compile_network(law, options, machine)
-    check_limits(law, machine)
     real = expand_functions(simplify(build_graph(law)))
     if options.reciprocal:
         real = simplify(share_divisors(real))
@@ -102,8 +102,10 @@ def compile_law(
 def streamed(law: Law, options: Options) -> bool:
     """Whether the law becomes a program of loops and streams: a network of dense layers."""
     streams = default_isa().configurations[options.configuration].stream_words
-    return bool(streams) and isinstance(law.function, OnnxPolicy) and not isinstance(
-        law.function.network, str
+    return (
+        bool(streams)
+        and isinstance(law.function, OnnxPolicy)
+        and not isinstance(law.function.network, str)
     )
 
 

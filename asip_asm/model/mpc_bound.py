@@ -2,8 +2,9 @@
 """Bound on what roundings do to a plan: program against the same iterations in exact arithmetic.
 
 With t the relaxed iterate of all boxed coordinates, an iteration is t <- T(t), the relaxed operator
-of Douglas and Rachford, which never spreads two points in the norm |t|^2 = sum rho_i t_i^2 (Eckstein
-and Bertsekas 1992, theorem 6; relaxation below 2). So the roundings of the iterations add up there:
+of Douglas and Rachford, which never spreads two points in the norm |t|^2 = sum rho_i t_i^2
+(Eckstein and Bertsekas 1992, theorem 6; relaxation below 2). So the roundings of the iterations add
+up there:
 
     |t - t exact| <= sum over the iterations of |roundings of one|,
 
@@ -53,7 +54,7 @@ class _Bound:
         self._responses()
 
     def _responses(self) -> None:
-        """What each input of a sweep, and an error at each of its results, adds to x, u, p and d."""
+        """What each input of a sweep, and an error of each result, adds to x, u, p and d."""
         n, m, steps = self.problem.sizes
         gains, b = self.gains, self.problem.b
         ends = np.cumsum([0, n, steps * n, steps * m, steps * m, steps * n, steps * m])
@@ -98,7 +99,8 @@ class _Bound:
             # rounded, and so is t.
             total += self.norm(
                 [alpha * error + UNIT * (alpha * size + 4 * pull + 2 * np.maximum(pull, limit))
-                 for size, error, pull, limit in zip((x, u), (e_x, e_u), h, self.limit, strict=True)]
+                 for size, error, pull, limit
+                 in zip((x, u), (e_x, e_u), h, self.limit, strict=True)]
             )  # fmt: skip
         bound = total * self.by_norm(self.rho[1])
         moved = [total * np.sqrt(rho) for rho in self.rho]
@@ -139,7 +141,9 @@ class _Bound:
         return result if x0 is None else result + response[:, self.parts[0]] @ x0
 
     def norm(self, t: list[Real]) -> float:
-        return float(np.sqrt(sum((rho * each**2).sum() for rho, each in zip(self.rho, t, strict=True))))
+        return float(
+            np.sqrt(sum((rho * each**2).sum() for rho, each in zip(self.rho, t, strict=True)))
+        )
 
     @staticmethod
     def by_norm(rho: Real) -> Real:

@@ -29,7 +29,7 @@ from asip_asm.source import is_reserved
 
 Matrix = NDArray[np.float64]
 REFERENCES = ("none", "point", "trajectory")
-"""References: the origin; an input for the whole horizon; an input for its end, kept as it nears."""
+"""References: the origin; an input for the whole horizon; one for its end, which is kept."""
 KEYS = (
     "title", "horizon", "iterations", "sample_time", "continuous", "A", "B", "Q", "R", "terminal",
     "reference", "states", "inputs", "state_box", "input_box", "start", "penalty", "relaxation",
@@ -365,9 +365,8 @@ class _Dense:
         return slack[1]
 
     def score(self, problem: Problem, start: Matrix, least: Matrix) -> float:
-        """Cost above the `least` one, as a share of it, which nine of ten initial states stay below;
-        and the largest violation of a state's box, by half its width.
-        """
+        """Cost above the `least` one, as a share of it, below which nine of ten
+        states stay, and the largest violation of a state's box, by half its width."""
         cost, beyond = self.outcome(start, self.solve(problem, start, problem.iterations))
         above = (cost - least) / np.maximum(least, 1e-12)
         return float(np.quantile(above, SHARE) + beyond.max())

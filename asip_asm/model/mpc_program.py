@@ -4,12 +4,12 @@
 Of each boxed coordinate the data memory holds two words that the next tick begins with: w, which
 the relaxed iterate is added to before it is limited, and h, the pull of the limit. An iteration is
 
-    backward over the steps:  d = -S (B' p + r),  p <- q + F' p - K' r,  q = rho h - weight * reference
+    backward over the steps:  d = -S (B' p + r),  p <- q + F' p - K' r,  q = rho h - Q r
     forward over the steps:   u = d - K x,  x <- F x + B d
     of each boxed one:        t = alpha x + w,  v = limited t,  w <- t - alpha v,  h <- t - 2 v
 
 The slot of step k holds what belongs to u_k and x_{k+1}. A slot before the first one takes what the
-loops write for the measured state, which no result depends on.
+loops write for the measured state, which no result depends on. The r in Q r is the reference.
 """
 
 from __future__ import annotations
@@ -72,7 +72,10 @@ def signals(problem: Problem) -> list[Port]:
         limits = (low, high) if np.isfinite(low) and np.isfinite(high) else None
         ports.append(Port("output", name, "1", "input of the plant", vector="u", limits=limits))
     for name, meaning in (
-        ("primal_residual", "largest distance of an iterate from its limited value, by half its box"),
+        (
+            "primal_residual",
+            "largest distance of an iterate from its limited value, by half its box",
+        ),
         ("dual_residual", "largest move of a limited value in the last iteration, by half its box"),
     ):
         ports.append(Port("output", name, "1", meaning))
@@ -213,7 +216,7 @@ class _Maker:
 
     def backward(self) -> None:
         """The index goes from the last step to the one before the first."""
-        plan, gains, (n, m, steps) = self.plan, self.gains, self.problem.sizes
+        plan, gains, steps = self.plan, self.gains, self.problem.horizon
         with plan.loop(BACK, steps):
             pull = self.pull
             if self.slot.pull:

@@ -48,16 +48,17 @@ def network_plan(law: Law, network: Network, machine: Machine) -> Plan:
     for number in range(len(rows)):
         for most in BLOCKS:
             tried = [*rows[:number], most, *rows[number + 1 :]]
-            if _Maker(law, network, machine, tried).bundles() <= ROOM * default_isa().program_bundles:
+            if (
+                _Maker(law, network, machine, tried).bundles()
+                <= ROOM * default_isa().program_bundles
+            ):
                 rows = tried
                 break
     return _Maker(law, network, machine, rows).make()
 
 
 class _Maker:
-    def __init__(
-        self, law: Law, network: Network, machine: Machine, rows: Sequence[int]
-    ) -> None:
+    def __init__(self, law: Law, network: Network, machine: Machine, rows: Sequence[int]) -> None:
         self.law, self.network = law, network
         odd = [p for p in law.ports if p.kind not in ("input", "output") or p.type != "float"]
         if odd:
@@ -87,8 +88,8 @@ class _Maker:
 
     def make(self) -> Plan:
         plan, network = self.plan, self.network
-        (_, ports), = self.law.matched("argument", [network.argument])
-        (_, results), = self.law.matched("result", [network.result])
+        ((_, ports),) = self.law.matched("argument", [network.argument])
+        ((_, results),) = self.law.matched("result", [network.result])
         layers = network.layers
         blocks = self.blocks
         for number, block in enumerate(blocks):
@@ -102,8 +103,10 @@ class _Maker:
             plan.spaces[f"layer{len(layers)}"] = last
         used, room = sum(plan.spaces.values()), plan.machine.data_words
         if used > room:
-            raise ModelError(f"{self.law.title}: the numbers of all layers take {used} words of data "
-                             f"memory, the core has {room}; take fewer neurons")  # fmt: skip
+            raise ModelError(
+                f"{self.law.title}: the numbers of all layers take {used} words of data memory, "
+                f"the core has {room}; take fewer neurons"
+            )
         for k, port in enumerate(ports):
             plan.store(port.name, "layer0", k)
         plan.rewind()
@@ -191,7 +194,8 @@ class _Maker:
 
 class _Block:
     """Rows of a block and their number; columns, a multiple of those in a round of the loop
-    (`unroll`); names of the sums of each row. weights: (blocks, unroll, rounds, rows); bias: (blocks, rows).
+    (`unroll`); names of the sums of each row. weights: (blocks, unroll, rounds,
+    rows); bias: (blocks, rows).
     """
 
     def __init__(self, layer: Layer, most: int, hidden: int) -> None:

@@ -56,11 +56,11 @@ class OnnxPolicy:
 
         def work(model) -> bytes:
             found = network_of(model)
-            return msgspec.msgpack.encode((found, "") if isinstance(found, Network) else (None, found))
+            return msgspec.msgpack.encode(
+                (found, "") if isinstance(found, Network) else (None, found)
+            )
 
-        found, reason = msgspec.msgpack.decode(
-            self.use(work), type=tuple[Network | None, str]
-        )
+        found, reason = msgspec.msgpack.decode(self.use(work), type=tuple[Network | None, str])
         return found or reason
 
     def use(

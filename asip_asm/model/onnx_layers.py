@@ -77,7 +77,9 @@ class _Reader:
         for number, node in enumerate(self.graph.node):
             self._node(node, f"node {number} {node.name!r} ({node.op_type})")
         if self.graph.output[0].name != self.now:
-            raise ModelError(f"output {self.graph.output[0].name!r} is not what the last node gives")
+            raise ModelError(
+                f"output {self.graph.output[0].name!r} is not what the last node gives"
+            )
         if self.weights is not None:
             self._layer(None)
         elif not self.layers or np.any(self.scale != 1) or np.any(self.bias != 0):
@@ -123,7 +125,9 @@ class _Reader:
         elif place == 0:
             other = other.T
         if other.ndim != 2 or other.shape[1] != len(self.bias):
-            raise ModelError(f"{where}: a matrix of {other.shape} does not fit {len(self.bias)} numbers")
+            raise ModelError(
+                f"{where}: a matrix of {other.shape} does not fit {len(self.bias)} numbers"
+            )
         if self.weights is not None:
             self._layer(None)
         self.weights = other * self.scale

@@ -21,9 +21,9 @@ from asip_asm.assembly_text import quoted
 from asip_asm.dependence import build_graph
 from asip_asm.ir import ZERO, Operation, Virtual
 from asip_asm.machine import Machine, load_machine
-from asip_asm.model.emit import literal
 from asip_asm.model.compiler import Compiled, Options
-from asip_asm.model.graph import Graph
+from asip_asm.model.emit import literal
+from asip_asm.model.graph import Graph, Node
 from asip_asm.model.law import Law
 from asip_asm.model.read import ModelError
 from asip_asm.search import Problem, build_problem, search
@@ -175,7 +175,9 @@ class Plan:
                 total = sums.pop() if sums else ""
                 for j in terms[part::parts]:
                     word = Words(values[..., i, j], matrix.axes)
-                    total = self.op(*(("fmadd", word, x[j], total) if total else ("fmul", word, x[j])))
+                    total = self.op(
+                        *(("fmadd", word, x[j], total) if total else ("fmul", word, x[j]))
+                    )
                 made += [total] if total else []
             while len(made) > 1:
                 made = [*made[2:], self.op("fadd", made[0], made[1])]
@@ -418,6 +420,9 @@ class _Run:
     def run(self) -> None:
         self._items(self.plan.items)
         self.graph.outputs = {name: self.values[name] for name in self.plan.outputs}
+        for key, node in self.begin.items():
+            if self.memory[key] == node:  # nothing writes it: it is zero, as loaded
+                self.graph.nodes[node] = Node("const", value=0.0)
         held = {key: node for key, node in self.begin.items() if self.memory[key] != node}
         names = {key: f"{key[0]}_{key[1]}" for key in held}
         # A word counts as a state if an output depends on it, at once or through others.
@@ -438,9 +443,7 @@ class _Run:
                     self._items(item.body)
             elif isinstance(item, Rewind):
                 for pipe in PIPES:
-                    self.place[pipe] = item.places.setdefault(
-                        pipe, len(self.plan.streams[pipe])
-                    )
+                    self.place[pipe] = item.places.setdefault(pipe, len(self.plan.streams[pipe]))
             else:
                 self._step(item)
 

@@ -11,6 +11,7 @@ from asip_asm.command import command_parser, count, run_command
 from asip_asm.files import open_output, refuse_overwriting
 from asip_asm.image import Image
 from asip_asm.isa import default_isa
+from asip_asm.model.law import check_limits
 from asip_asm.model.mpc_bound import input_bounds
 from asip_asm.model.mpc_problem import Problem, half_width, load_problem
 from asip_asm.model.mpc_program import mpc_law, mpc_plan
@@ -78,8 +79,10 @@ def _mpc(options: argparse.Namespace) -> int:
 
 def build_mpc(problem: Problem, path: Path, configuration: str = "stream") -> tuple[Built, Plan]:
     """The program of a problem, its source at `path`, and its plan. Raises ModelError, OSError."""
-    plan = mpc_plan(problem, stream_machine(configuration))
-    return build(compiled(plan, mpc_law(problem)), path), plan
+    law, machine = mpc_law(problem), stream_machine(configuration)
+    check_limits(law, machine)
+    plan = mpc_plan(problem, machine)
+    return build(compiled(plan, law), path), plan
 
 
 def summary(problem: Problem, built: Built, plan: Plan) -> list[str]:
@@ -87,8 +90,10 @@ def summary(problem: Problem, built: Built, plan: Plan) -> list[str]:
     isa, cycles = default_isa(), built.cycles
     boxes = (problem.state_box, problem.input_box)
     rho = ", ".join(
-        f"{name} = {(weights * half_width(box) ** 2).max():.3g}"
-        for name, weights, box in zip(("state", "input"), problem.penalty, boxes, strict=True)
+        f"{name} = {max([*weights[on] * half_width(box)[on] ** 2, 0.0]):.3g}"
+        for name, weights, box, on in zip(
+            ("state", "input"), problem.penalty, boxes, problem.boxed(), strict=True
+        )
     )
     bound = input_bounds(problem).max()
     return [

@@ -33,8 +33,8 @@ Controller = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.flo
 
 @dataclass(frozen=True)
 class Flight:
-    """Places (ticks, 3) [m]; thrusts (ticks, 4) [N] less hover; distance from the reference where it
-    is inside the box, root mean square [m]; largest excess over the box of y [m].
+    """Places (ticks, 3) [m]; thrusts (ticks, 4) [N] less hover; distance from the reference where
+    it is inside the box, root mean square [m]; largest excess over the box of y [m].
     """
 
     places: NDArray[np.float64]

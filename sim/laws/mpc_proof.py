@@ -52,8 +52,8 @@ class MpcProof:
         cycles = f"; {self.other_cycles} runs took other cycles" if self.other_cycles else ""
         return [
             f"{self.ticks} ticks: {bits}{cycles}",
-            f"distance from double precision: {self.error:.2g} in a first tick, {self.share:.2g} of "
-            f"its bound; {self.warm_error:.2g} in {TICKS} warm ticks",
+            f"distance from double precision: {self.error:.2g} in a first tick, {self.share:.2g} "
+            f"of its bound; {self.warm_error:.2g} in {TICKS} warm ticks",
         ]
 
 

@@ -107,7 +107,10 @@ class Distance:
         count = len(self.excess)
         none = f"; {self.infeasible} more have no plan within the boxes" if self.infeasible else ""
         rows = [f"distance from the optimum (DAQP), {count} initial states{none}:"]
-        for name, values in (("cost above it", self.excess), ("state beyond its box, by the width", self.violation)):
+        for name, values in (
+            ("cost above it", self.excess),
+            ("state beyond its box, by the width", self.violation),
+        ):
             median, far, most = np.quantile(values, (0.5, 0.99, 1.0))
             rows.append(f"  {name}: median {median:.2g}, 99 % {far:.2g}, largest {most:.2g}")
         return rows

@@ -203,7 +203,9 @@ def _law(
     streams = default_isa().configurations[options.config].stream_words > 0
     law = load_law(file, interface, whole=not streams)
     if streams and isinstance(law.function, OnnxPolicy) and isinstance(law.function.network, str):
-        print(f"asip-model: {file}: compiled without streams: {law.function.network}", file=sys.stderr)
+        print(
+            f"asip-model: {file}: compiled without streams: {law.function.network}", file=sys.stderr
+        )
     return law, None
 
 
