@@ -13,11 +13,11 @@ import numpy as np
 
 from asip_asm.isa import default_isa
 from asip_asm.machine import Machine
-from asip_asm.model.compiler import SINES, Compiled, Options
 from asip_asm.model.expand import expand_functions
 from asip_asm.model.graph import Graph
 from asip_asm.model.law import Law
-from asip_asm.model.onnx_layers import Layer, Network
+from asip_asm.model.onnx_layers import Layer, Network, dense_layers
+from asip_asm.model.options import SINES, Compiled, Options
 from asip_asm.model.plan import Operand, Plan, Words, compiled
 from asip_asm.model.read import ModelError, Scalars, read_function
 from asip_asm.model.simplify import simplify
@@ -33,7 +33,8 @@ ROOM, SPARE = 0.96, 20
 
 def compile_network(law: Law, options: Options, machine: Machine) -> Compiled:
     """The program with the largest blocks that fit. Raises ModelError."""
-    network = law.function.network  # type: ignore[union-attr]
+    network = dense_layers(law.function)
+    assert isinstance(network, Network)
     if options.reassociate or options.reciprocal or options.sine != SINES[0]:
         raise ModelError(
             f"{law.title}: a network on streams has no other sums, quotients or sines; leave out "

@@ -15,7 +15,6 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import casadi as ca
 import msgspec
@@ -26,9 +25,6 @@ from asip_asm.model.confined import BYTES, SECONDS, Confined, confined
 from asip_asm.model.onnx_values import VALUES, constant, objects, package
 from asip_asm.model.read import ModelError, Scalars, scalars
 
-if TYPE_CHECKING:
-    from asip_asm.model.onnx_layers import Network
-
 SUFFIX = ".onnx"
 FILE_BYTES = 1 << 26
 OPSETS = range(13, 27)
@@ -38,7 +34,7 @@ _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 @dataclass(frozen=True)
 class OnnxPolicy:
-    """A policy that was read: its bytes, and its scalar instructions and layers as data."""
+    """A policy that was read: its bytes, and its scalar instructions as data."""
 
     path: Path
     content: bytes
@@ -48,20 +44,6 @@ class OnnxPolicy:
         """Raises ModelError."""
         data = self.use(lambda model: msgspec.msgpack.encode(scalars(function_of(model))))
         return msgspec.msgpack.decode(data, type=Scalars)
-
-    @functools.cached_property
-    def network(self) -> Network | str:
-        """Its dense layers, or what it has beside them. Raises ModelError."""
-        from asip_asm.model.onnx_layers import Network, network_of
-
-        def work(model) -> bytes:
-            found = network_of(model)
-            return msgspec.msgpack.encode(
-                (found, "") if isinstance(found, Network) else (None, found)
-            )
-
-        found, reason = msgspec.msgpack.decode(self.use(work), type=tuple[Network | None, str])
-        return found or reason
 
     def use(
         self, work: Callable[[object], bytes], seconds: int = SECONDS, memory: int = BYTES

@@ -8,14 +8,16 @@ of each element ends it. What is none of these is named.
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 
 import casadi as ca
+import msgspec
 import numpy as np
 import onnx.helper
 
-from asip_asm.model.onnx_file import _check_model, matrix_shape, shape_of
+from asip_asm.model.onnx_file import OnnxPolicy, _check_model, matrix_shape, shape_of
 from asip_asm.model.onnx_nodes import apply
 from asip_asm.model.onnx_values import constant, objects
 from asip_asm.model.read import Entry, ModelError, Scalars, scalars
@@ -178,3 +180,16 @@ def network_of(model) -> Network | str:
         return _Reader(model).network()
     except ModelError as error:
         return str(error)
+
+
+@functools.cache
+def dense_layers(policy: OnnxPolicy) -> Network | str:
+    """Layers of a policy, or what it has beside them. Raises ModelError for a file that is none."""
+
+    def work(model) -> bytes:
+        found = network_of(model)
+        whole = isinstance(found, Network)
+        return msgspec.msgpack.encode((found, "") if whole else (None, found))
+
+    found, reason = msgspec.msgpack.decode(policy.use(work), type=tuple[Network | None, str])
+    return found or reason

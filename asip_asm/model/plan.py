@@ -21,10 +21,10 @@ from asip_asm.assembly_text import quoted
 from asip_asm.dependence import build_graph
 from asip_asm.ir import ZERO, Operation, Virtual
 from asip_asm.machine import Machine, load_machine
-from asip_asm.model.compiler import Compiled, Options
 from asip_asm.model.emit import literal
 from asip_asm.model.graph import Graph, Node
 from asip_asm.model.law import Law
+from asip_asm.model.options import Compiled, Options
 from asip_asm.model.read import ModelError
 from asip_asm.search import Problem, build_problem, search
 

@@ -202,10 +202,11 @@ def _law(
         return law, tree
     streams = default_isa().configurations[options.config].stream_words > 0
     law = load_law(file, interface, whole=not streams)
-    if streams and isinstance(law.function, OnnxPolicy) and isinstance(law.function.network, str):
-        print(
-            f"asip-model: {file}: compiled without streams: {law.function.network}", file=sys.stderr
-        )
+    if streams and isinstance(law.function, OnnxPolicy):
+        from asip_asm.model.onnx_layers import dense_layers
+
+        if isinstance(found := dense_layers(law.function), str):
+            print(f"asip-model: {file}: compiled without streams: {found}", file=sys.stderr)
     return law, None
 
 
