@@ -78,7 +78,7 @@ class Problem:
     def boxed(self) -> tuple[list[int], list[int]]:
         """States and inputs that have a limit."""
         boxes = (self.state_box, self.input_box)
-        found = [list(np.flatnonzero(np.isfinite(box).any(axis=0))) for box in boxes]
+        found = [np.flatnonzero(np.isfinite(box).any(axis=0)).tolist() for box in boxes]
         return found[0], found[1]
 
 
@@ -281,7 +281,7 @@ def _with_penalty(file: _File, problem: Problem) -> Problem:
         if given is not None and not (isinstance(given, int | float) and given > 0):
             file.fail("penalty", f"penalty.{name} = {given!r}; it is above 0")
         fixed.append(given if given is not None else None if shape.any() else 1.0)
-    start = np.random.default_rng(SEED).uniform(*problem.start, (SAMPLES, len(problem.states)))
+    start = drawn(problem, SAMPLES, SEED)
     dense = _Dense(problem)
     least: Matrix | None = None
     centre, choice = [0.0, 0.0], problem
@@ -309,6 +309,12 @@ def _with_penalty(file: _File, problem: Problem) -> Problem:
 
 def _replace(problem: Problem, penalty: tuple[Matrix, Matrix], relaxation: float) -> Problem:
     return replace(problem, penalty=penalty, relaxation=relaxation)
+
+
+def drawn(problem: Problem, count: int, seed: int) -> Matrix:
+    """Initial states (count, n) drawn from the box `start`."""
+    low, high = problem.start
+    return np.random.default_rng(seed).uniform(low, high, (count, len(low)))
 
 
 def half_width(box: Matrix) -> Matrix:

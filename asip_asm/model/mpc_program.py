@@ -115,6 +115,7 @@ class _Maker:
         self.measured = inputs[:n]
         self.wanted = inputs[n:]
         self.alpha = problem.relaxation
+        self.later: list[tuple[str, float, str]] = []
 
     # ------------------------------------------------------------------ short hands
     def address(self, offset: int, before: int = 0) -> int:
@@ -188,25 +189,26 @@ class _Maker:
         self, h_x: dict[int, str], pull: list[str], before: int, q: list[str], r: list[str]
     ) -> tuple[list[str], list[str]]:
         """Gradients of a step's state and input, to the names of q and r if there are any."""
-        plan, (rho_x, rho_u) = self.plan, self.problem.penalty
+        rho_x, rho_u = self.problem.penalty
         n, m, _ = self.problem.sizes
         h_x = h_x or self.loaded(self.slot.h_x, before)
         h_u = self.loaded(self.slot.h_u, before)
-
-        def one(h: str, rho: float, known: list[str], to: str) -> str:
-            if h:
-                return plan.op("fmadd" if known else "fmul", rho, h, *known, to=to)
-            return known[0] if known and not to else self.copy(*known, to=to)
-
         found_q = [
-            one(h_x.get(i, ""), float(rho_x[i]), pull[i : i + 1], q[i] if q else "")
+            self.gradient(h_x.get(i, ""), float(rho_x[i]), pull[i : i + 1], q[i] if q else "")
             for i in range(n)
         ]
         if r:
-            return found_q, [one(h_u.get(j, ""), float(rho_u[j]), [], r[j]) for j in range(m)]
-        later = [(h_u.get(j, ""), float(rho_u[j]), [], self.r[j]) for j in range(m)]
-        self.later = [lambda each=each: one(*each) for each in later]
+            return found_q, [
+                self.gradient(h_u.get(j, ""), float(rho_u[j]), [], r[j]) for j in range(m)
+            ]
+        self.later = [(h_u.get(j, ""), float(rho_u[j]), self.r[j]) for j in range(m)]
         return found_q, []
+
+    def gradient(self, h: str, rho: float, known: list[str], to: str) -> str:
+        """rho h and a known pull, where there are any."""
+        if h:
+            return self.plan.op("fmadd" if known else "fmul", rho, h, *known, to=to)
+        return known[0] if known and not to else self.copy(known[0] if known else 0.0, to)
 
     def loaded(self, offsets: dict[int, int], before: int) -> dict[int, str]:
         return {
@@ -227,8 +229,8 @@ class _Maker:
             q = plan.product(_backward(-np.swapaxes(gains.k, 1, 2)), self.r, q)
             plan.product(_backward(np.swapaxes(gains.f, 1, 2)), self.p, q, self.p)
             plan.settle()
-            for write in self.later:
-                write()
+            for h, rho, to in self.later:
+                self.gradient(h, rho, [], to)
             for name, offset in zip(d, self.slot.d, strict=True):
                 plan.store(name, "slot", self.address(offset), "i")
             self.step(-1)

@@ -16,6 +16,7 @@ from asip_asm.machine import Machine
 from asip_asm.model.expand import expand_functions
 from asip_asm.model.graph import Graph
 from asip_asm.model.law import Law
+from asip_asm.model.onnx_file import OnnxPolicy
 from asip_asm.model.onnx_layers import Layer, Network, dense_layers
 from asip_asm.model.options import SINES, Compiled, Options
 from asip_asm.model.plan import Operand, Plan, Words, compiled
@@ -33,6 +34,7 @@ ROOM, SPARE = 0.96, 20
 
 def compile_network(law: Law, options: Options, machine: Machine) -> Compiled:
     """The program with the largest blocks that fit. Raises ModelError."""
+    assert isinstance(law.function, OnnxPolicy)
     network = dense_layers(law.function)
     assert isinstance(network, Network)
     if options.reassociate or options.reciprocal or options.sine != SINES[0]:

@@ -167,7 +167,7 @@ class Plan:
         results = []
         for i, row in enumerate(filled):
             to = into[i] if into else ""
-            terms = sorted(np.flatnonzero(row), key=lambda j: (to != "" and x[j] == to, j))
+            terms = sorted(np.flatnonzero(row).tolist(), key=lambda j: (to != "" and x[j] == to, j))
             last = terms.pop() if terms and to and x[terms[-1]] == to and parts == 1 else None
             sums = [start[i]] if start and start[i] else []
             made: list[str] = []

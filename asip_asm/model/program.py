@@ -39,8 +39,8 @@ class Built:
     @property
     def cycles(self) -> int:
         """Of a program with loops as the assembler announces it, else with the report's bound."""
-        looped = len(self.report.sections) > 1 and self.image.cycles is not None
-        return self.image.cycles if looped else self.report.sections[0].cycles
+        looped = len(self.report.sections) > 1
+        return (self.image.cycles if looped else None) or self.report.sections[0].cycles
 
 
 def build(

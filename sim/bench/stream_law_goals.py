@@ -16,8 +16,8 @@ from asip_asm.model.bound import bounds
 from asip_asm.model.compiler import Options, compile_law
 from asip_asm.model.exact import evaluate
 from asip_asm.model.law import Law, Port
-from asip_asm.model.onnx_file import load_onnx
-from asip_asm.model.onnx_layers import dense_layers
+from asip_asm.model.onnx_file import OnnxPolicy, load_onnx
+from asip_asm.model.onnx_layers import Network, dense_layers
 from asip_asm.model.program import build
 from sim.core.api import Core
 from sim.laws.mpc import build_mpc
@@ -79,11 +79,14 @@ def policies(full: bool) -> Iterator[Goal]:
     name = f"policy {'-'.join(map(str, POLICY))} Elu"
     begin = time.process_time()
     with tempfile.TemporaryDirectory() as folder:
-        law = drawn_policy(POLICY, Path(folder))
+        policy = drawn_policy(POLICY, Path(folder))
+        law = policy_law(policy, POLICY)
         built = build(compile_law(law, Options(configuration="stream")), Path(folder) / "policy.s")
     seconds = time.process_time() - begin
     cycles = built.cycles
-    share = 100 * dense_layers(law.function).products / (2 * cycles)
+    network = dense_layers(policy)
+    assert isinstance(network, Network)
+    share = 100 * network.products / (2 * cycles)
     yield at_least(f"{name}, multiply-add slots in products", share, SHARE, "%", f"{cycles} cycles")
     yield at_most(f"{name}, compiling", seconds, SECONDS, "s of a processor")
     count = COUNT if full else QUICK["inputs"]
@@ -98,9 +101,9 @@ def policies(full: bool) -> Iterator[Goal]:
             values = {f"obs{k}": x[:, k] for k in range(POLICY[0])}
             ticks = core.batch(values)
             nodes = evaluate(graph, values, rounded_sine)
-            _, limit = bounds(graph, values)
-            want = truth(law, x)
-            other += int((ticks.cycles != built.image.cycles).sum())
+            _, limit = bounds(graph, {name: v.astype(float) for name, v in values.items()})
+            want = truth(policy, x)
+            other += int(np.sum(ticks.cycles != built.image.cycles))
             for k, output in enumerate(outputs):
                 bits = nodes[graph.outputs[output]].view(np.uint32)
                 unequal += int((ticks[output].view(np.uint32) != bits).sum())
@@ -113,7 +116,7 @@ def policies(full: bool) -> Iterator[Goal]:
     yield depth(f"{name}, inputs tried", count, COUNT, "1", CURE)
 
 
-def drawn_policy(sizes: tuple[int, ...], folder: Path) -> Law:
+def drawn_policy(sizes: tuple[int, ...], folder: Path) -> OnnxPolicy:
     """A policy of dense layers with Elu between them, from a file in the folder."""
     random = np.random.default_rng(SEED)
     nodes, tensors, now = [], [], "obs"
@@ -131,18 +134,21 @@ def drawn_policy(sizes: tuple[int, ...], folder: Path) -> Law:
         [helper.make_tensor_value_info(name, onnx.TensorProto.FLOAT, [1, size])]
         for name, size in (("obs", sizes[0]), ("act", sizes[-1]))
     ]
-    graph = helper.make_graph(nodes, "policy", *ends, tensors)
+    graph = helper.make_graph(nodes, "policy", ends[0], ends[1], tensors)
     file = folder / "policy.onnx"
     onnx.save(helper.make_model(graph, opset_imports=[helper.make_opsetid("", 20)]), file)
+    return load_onnx(file, whole=False)
+
+
+def policy_law(policy: OnnxPolicy, sizes: tuple[int, ...]) -> Law:
+    """The policy with its signals."""
     ports = [Port("input", f"obs{k}", vector="obs", limits=(-3.0, 3.0)) for k in range(sizes[0])]
     ports += [Port("output", f"act{k}", vector="act") for k in range(sizes[-1])]
-    return Law("policy", load_onnx(file, whole=False), ports, rate=1000.0)
+    return Law("policy", policy, ports, rate=1000.0)
 
 
-def truth(law: Law, x: np.ndarray) -> np.ndarray:
+def truth(policy: OnnxPolicy, x: np.ndarray) -> np.ndarray:
     """Actions (n, outputs) by the evaluator of the package onnx, in double precision."""
     from sim.laws.prove_onnx import OnnxReference
 
-    return OnnxReference(law.function)({"obs": x[:, None, :].astype(float)})["act"].reshape(
-        len(x), -1
-    )
+    return OnnxReference(policy)({"obs": x[:, None, :].astype(float)})["act"].reshape(len(x), -1)

@@ -8,6 +8,7 @@ The exact interpreter computes the same ticks from the graph, all runs at once.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +26,7 @@ from sim.laws.prove_program import draw, rounded_sine
 TICKS = 20
 """Ticks from memories as loaded, each but the first one warm from the one before."""
 SEED = 1
-Single = NDArray[np.float32]
+Single = NDArray[Any]
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
-from asip_asm.model.mpc_problem import Problem, half_width
+from asip_asm.model.mpc_problem import Problem, drawn, half_width
 
 Matrix = NDArray[np.float64]
 SEED = 20261127
@@ -116,11 +116,6 @@ class Distance:
         return rows
 
 
-def initial_states(problem: Problem, count: int, seed: int = SEED) -> Matrix:
-    """Initial states (count, n) drawn from the box `start`."""
-    return np.random.default_rng(seed).uniform(*problem.start, (count, len(problem.states)))
-
-
 def distance(problem: Problem, count: int = STATES, seed: int = SEED) -> Distance:
     """Distance from the optimum over drawn initial states, reference zero. Raises ImportError
     without daqp.
@@ -128,7 +123,7 @@ def distance(problem: Problem, count: int = STATES, seed: int = SEED) -> Distanc
     import daqp
 
     n, m, steps = problem.sizes
-    x0 = initial_states(problem, count, seed)
+    x0 = drawn(problem, count, seed)
     plans = Reference(problem, count).tick(x0)["plan"]
     free, forced = np.zeros((steps, n, n)), np.zeros((steps, n, steps, m))
     state = np.eye(n)

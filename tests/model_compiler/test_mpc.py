@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from asip_asm.model.mpc_bound import input_bounds
-from asip_asm.model.mpc_problem import Problem, load_problem
+from asip_asm.model.mpc_problem import Problem, drawn, load_problem
 from asip_asm.model.read import ModelError
 from sim.laws import mpc
 from sim.laws.mpc_flight import fly_core, fly_reference, quadrotor_problem
 from sim.laws.mpc_proof import TICKS, prove_mpc
-from sim.laws.mpc_reference import Reference, distance, initial_states
+from sim.laws.mpc_reference import Reference, distance
 
 SEED = 38
 CART = """
@@ -115,7 +115,7 @@ def test_penalties_that_are_found_beat_those_at_hand(tmp_path):
 
 def test_bound_of_roundings_covers_binary32_gains(cart_problem):
     """With its data rounded to binary32 the solver is as near as the bound says."""
-    x = initial_states(cart_problem, 200).astype(np.float32).astype(float)
+    x = drawn(cart_problem, 200, SEED).astype(np.float32).astype(float)
     reference = Reference(cart_problem, 200)
     u = reference.tick(x, np.zeros_like(x))["u"]
     tried, whole = input_bounds(cart_problem, reference.pulls), input_bounds(cart_problem)
