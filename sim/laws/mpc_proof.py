@@ -121,7 +121,7 @@ def _interpreted(
 ) -> dict[str, Single]:
     graph = compiled.graph
     runs = len(next(iter(given.values())))
-    states = {name: np.zeros(runs, np.float32) for name in graph.next_states}
+    states: dict[str, Single] = {name: np.zeros(runs, np.float32) for name in graph.next_states}
     found: dict[str, list[Single]] = {name: [] for name in names}
     for tick in range(TICKS):
         values = {name: value[:, tick] for name, value in given.items()}
