@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 POLL_S = 0.02
-START_PERIODS = 200  # after the order to run, within which a program begins
+START_PERIODS = 1000  # after the order to run, within which a program begins
 LAST_POLLS = 50
 SETTLE_PERIODS = {False: 40, True: 150}  # after the program; after a fault
 BUS = "microtick-bus.0."
@@ -58,9 +58,10 @@ class Screen:
         return self.hal.get_value(BUS + name)
 
     def messages(self) -> None:
-        """What LinuxCNC tells its operator."""
+        """What LinuxCNC tells its operator: errors, and texts of the program."""
+        wrong = (self.cnc.NML_ERROR, self.cnc.OPERATOR_ERROR)
         while found := self.errors.poll():
-            self.say("message", text=found[1].strip())
+            self.say("message" if found[0] in wrong else "note", text=found[1].strip())
 
     def clock(self) -> int:
         """Servo periods, those without an answer too."""
@@ -124,6 +125,12 @@ class Screen:
                 else:
                     Path("fault_now").touch()
                 fault = ""
+            if self.status.task_paused:
+                self.say(
+                    "note", text=f"the program stops at line {self.status.motion_line}, resumed"
+                )
+                self.command.auto(cnc.AUTO_RESUME)
+                self.until("the program goes on", lambda: not self.status.task_paused)
             if most and passed >= most:
                 self.say("cut")
                 self.command.abort()
