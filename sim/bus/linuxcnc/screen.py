@@ -18,7 +18,6 @@ POLL_S = 0.02
 START_PERIODS = 1000  # after the order to run, within which a program begins
 LAST_POLLS = 50
 SETTLE_PERIODS = {False: 40, True: 150}  # after the program; after a fault
-BUS = "microtick-bus.0."
 
 
 class Screen:
@@ -27,12 +26,14 @@ class Screen:
     def __init__(self, cnc: Any, hal: Any, log: Path, task: dict[str, Any]) -> None:
         self.cnc, self.hal, self.log, self.task = cnc, hal, log, task
         self.command, self.status, self.errors = cnc.command(), cnc.stat(), cnc.error_channel()
+        self.pins = task["pins"]
         self.panel = hal.component("panel")
         self.panel.newpin("home", hal.HAL_BIT, hal.HAL_OUT)
         self.panel.ready()
-        hal.new_sig("home-drives", hal.HAL_BIT)
-        hal.connect("panel.home", "home-drives")
-        hal.connect(BUS + "home", "home-drives")
+        if task["drives_home"]:
+            hal.new_sig("home-drives", hal.HAL_BIT)
+            hal.connect("panel.home", "home-drives")
+            hal.connect(self.pins + "home", "home-drives")
 
     def say(self, event: str, **values: Any) -> None:
         """A line to the log, with the state that LinuxCNC is in."""
@@ -55,7 +56,7 @@ class Screen:
 
     def pin(self, name: str) -> Any:
         """Value of a pin of the component."""
-        return self.hal.get_value(BUS + name)
+        return self.hal.get_value(self.pins + name)
 
     def messages(self) -> None:
         """What LinuxCNC tells its operator: errors, and texts of the program."""
@@ -90,10 +91,11 @@ class Screen:
         self.state(cnc.STATE_ON, "machine on")
         self.until("drives enabled", lambda: self.pin("enabled"))
         self.say("enabled")
-        self.panel["home"] = True
-        self.until("drives homed", lambda: self.pin("homed"))
-        self.panel["home"] = False
-        self.until("drives enabled", lambda: self.pin("enabled"))
+        if self.task["drives_home"]:
+            self.panel["home"] = True
+            self.until("drives homed", lambda: self.pin("homed"))
+            self.panel["home"] = False
+            self.until("drives enabled", lambda: self.pin("enabled"))
         self.command.home(-1)
         self.until("joints homed", lambda: all(self.status.homed[:5]))
         self.say("homed")
