@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sim.bus.linuxcnc.config import BUS, STEPS, compile_component
 from sim.bus.linuxcnc.steps import PERIOD, READ, WRITE, Port, play
 from sim.rtl.gen.motion_regmap import REGMAP
 from tests.bench.needs import needs
@@ -47,6 +48,13 @@ def test_port__an_axis_without_source__is_a_fault_that_the_component_sees():
     assert port.access(READ, REGMAP.address("PATH_STATUS"), 0) & 0x7F00
 
 
+@needs("linuxcnc")
+@pytest.mark.parametrize("component", [BUS, STEPS])
+def test_component__compiles(tmp_path, component):
+    assert compile_component(tmp_path, component).is_file()
+
+
+@pytest.mark.full
 @needs("linuxcnc")
 def test_linuxcnc__every_step_of_a_program__is_on_the_lines(tmp_path):
     program = tmp_path / "short.ngc"
