@@ -37,7 +37,7 @@ Rows = Mapping[str, Mapping[str, Any]]
 @dataclass(frozen=True)
 class Counts:
     """How much is run: moves against Ruckig, random programs, odd blocks, lines, circles, lines of
-    all axes, drive timings."""
+    all axes, drive timings, moves of a long part."""
 
     moves: int = 400
     classes: int = 20
@@ -49,9 +49,10 @@ class Counts:
     radius: int = 60
     axes_lines: int = 20
     timings: int = 10
+    part: int = 20_000
 
 
-FULL = Counts(100_000, 1000, 20_000, 2000, 10_000, 1000, 64, 200, 300, 300)
+FULL = Counts(100_000, 1000, 20_000, 2000, 10_000, 1000, 64, 200, 300, 300, 1_000_000)
 Check = Callable[[Counts, Rows], Measured]
 
 

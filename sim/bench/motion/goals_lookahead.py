@@ -6,12 +6,19 @@ from __future__ import annotations
 import functools
 import itertools
 import math
+import os
+import re
+import subprocess
+import sys
+import tempfile
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
+from asip_asm.project import ROOT
 from sim.bench.motion.goal import Counts, Features, Measured, Rows
 from sim.motion.gcode.oracle import compare_samples
 from sim.motion.geometry.moves import Motion, Move
@@ -238,6 +245,42 @@ def spiral(count: int | None) -> Iterator[Move]:
         end = (radius * math.cos(k * 0.01), radius * math.sin(k * 0.01), 600.0, 0.0, k * 0.01)
         yield Move(k, "", Motion.LINEAR, place, end, 15000.0, tolerance=0.01)
         place = end
+
+
+@FEATURES.feature(
+    "part of 10^6 moves, five axes: every tick planned, windows of it found",
+    "-",
+    "<= 600 s of a core, <= 500 MB",
+    "make goals T=motion RUN=full",
+)
+def long_part(counts: Counts, rows: Rows) -> Measured:
+    """The plan of the main job: processor time and peak memory of its process.
+
+    With fewer moves, the time is also that of as many as the goal names.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        part = Path(folder) / "part.ngc"
+        part.write_text("".join(lookahead_paths.cam_part(counts.part)), encoding="utf-8")
+        done = subprocess.Popen(
+            [sys.executable, "-m", "sim.bench.run", str(part), "--plan-only"],
+            cwd=ROOT,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        text = done.stdout.read()
+        _, status, used = os.wait4(done.pid, 0)
+        done.returncode = os.waitstatus_to_exitcode(status)
+    if done.returncode:
+        raise RuntimeError(f"the plan of the part failed with status {done.returncode}")
+    moves = int(re.search(r"(\d+) moves", text)[1])
+    time_s, memory = used.ru_utime + used.ru_stime, used.ru_maxrss / 1e3
+    per_million = time_s * 1e6 / moves
+    more = "" if moves >= 1e6 else f", {per_million:.0f} s for 10^6"
+    windows = text.count("window of")
+    return (
+        f"{moves} moves: {time_s:.0f} s{more}; {memory:.0f} MB; {windows} windows",
+        per_million <= 600 and memory <= 500,
+    )
 
 
 @FEATURES.feature(
