@@ -18,6 +18,7 @@ from tests.fpu.tb import generator
 
 LATENCY = fp_latencies()
 FEW = 300  # random operands for a test
+LEAST, HALF = np.uint32(0x0080_0000), np.uint32(0x3F00_0000)  # 2**-126, 0.5
 FOLDED_INTERVAL = 7  # clocks from an operation of fp_divsqrt_folded to the next one
 # op_i of fp_cmp, and what it makes of its operands.
 COMPARISONS = {
@@ -55,7 +56,9 @@ def choose(condition, a, b, c):
 
 
 def operands(kind: str, columns: int) -> list[np.ndarray]:
-    """Columns of operands: `corners` crossed, or `random` ones near each other's exponent."""
+    """Columns of operands: `corners` crossed, `random` ones near each other's exponent, or such
+    whose product, sum and quotient are next to the least normal number.
+    """
     rng = generator(f"cocotb {kind} {columns}")
     corners = stimulus.corners()
     if kind == "corners":
@@ -64,6 +67,12 @@ def operands(kind: str, columns: int) -> list[np.ndarray]:
         rows = stimulus.cross(corners, corners)
         rows = rows[rng.permutation(len(rows))[:2000]]
         found = [rows[:, 0], rows[:, 1], rng.permutation(rows[:, 0])]
+    elif kind == "least":
+        steps = np.arange(-8, 9).astype(np.uint32)
+        pairs = [stimulus.cross((LEAST << np.uint32(scale)) + steps, one + steps)
+                 for scale, one in ((0, golden.ONE), (1, HALF))]  # fmt: skip
+        rows = np.concatenate(pairs)
+        found = [rows[:, 0], rows[:, 1], rng.integers(0, 4, len(rows)).astype(np.uint32)]
     else:
         rows = np.concatenate((stimulus.add_pairs(rng, FEW), stimulus.mul_pairs(rng, FEW)))
         found = [rows[:, 0], rows[:, 1], rng.permutation(rows[:, 0])]
@@ -105,7 +114,7 @@ async def expect(unit: Unit, want, exact=None, name: str = "", **columns) -> Non
                     bins.rounding(name, value, row[-1])
 
 
-KINDS = ["corners", "random"]
+KINDS = ["corners", "random", "least"]
 
 
 @cocotb.test()

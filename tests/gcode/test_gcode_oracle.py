@@ -3,6 +3,7 @@
 
 import pytest
 
+from sim.motion.gcode import oracle
 from sim.motion.gcode.interpreter import GcodeErrors, parse
 from sim.motion.gcode.oracle import (
     UNKNOWN,
@@ -270,6 +271,16 @@ def test_rs274__one_number_changed__is_seen():
         for a, b in zip(ours(text), changed, strict=True)
         for x, y in zip(a[1], b[1], strict=True)
     )
+
+
+def test_preview__takes_its_module_from_where_rs274_is(tmp_path, monkeypatch):
+    """LinuxCNC may be installed, unpacked below build, or both."""
+    installed, folders = tmp_path / "usr", []
+    monkeypatch.setattr(oracle, "find", lambda: installed / "bin/rs274")
+    monkeypatch.setattr(oracle, "_canonical", lambda _: "NURBS_FEED")
+    monkeypatch.setattr(oracle, "preview_blocks", lambda *a: folders.append(a[2]) or [])
+    assert rs274("G5.1 X1 I1") == []
+    assert folders == [installed / "lib/python3/dist-packages"]
 
 
 @pytest.fixture(scope="module")

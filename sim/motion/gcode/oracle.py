@@ -44,6 +44,7 @@ PACKAGES = (
 )
 UNPACKED = ROOT / "build/linuxcnc/root"
 SAMPLES = "share/linuxcnc/ncfiles"  # below the folder of bin/rs274
+MODULES = "lib/python3/dist-packages"
 TOOLS = "share/doc/linuxcnc/examples/sample-configs/common/tool.tbl"  # lengths in inches, as rs274
 DIGITS = 1.01e-4  # rs274 prints four decimals of mm or inch; sums of two of them
 _RECORD = re.compile(r"^ *\d+ (?:N\d{6}|N\S* +)([A-Z][A-Z0-9_]*)\((.*)\)\s*$")
@@ -104,10 +105,17 @@ def fetch() -> Path:
     return UNPACKED / "usr/bin/rs274"
 
 
+def _usr() -> Path:
+    """The folder that holds bin/rs274, its samples and its modules. Raises OracleError."""
+    program = find()
+    if program is None:
+        raise OracleError("rs274 is missing: run python -m sim.motion.gcode.oracle")
+    return program.parent.parent
+
+
 def sample_tools() -> Path | None:
     """LinuxCNC's sample tool table, None where it is not installed."""
-    program = find()
-    path = program.parent.parent / TOOLS if program else None
+    path = _usr() / TOOLS if find() else None
     return path if path is not None and path.exists() else None
 
 
@@ -125,9 +133,8 @@ def rs274(text: str) -> list[Record]:
 def _records(text: str, printed: str) -> list[Record]:
     blocks: list[list[Point]] = []
     if "NURBS_FEED" in printed:
-        modules = UNPACKED / "usr/lib/python3/dist-packages"
         try:
-            blocks = preview_blocks(_as_on_a_machine(text), _libraries(), modules)
+            blocks = preview_blocks(_as_on_a_machine(text), _libraries(), _usr() / MODULES)
         except (RuntimeError, subprocess.TimeoutExpired) as error:
             raise OracleError(f"LinuxCNC's preview: {error}") from None
     return list(machine_records(printed, blocks))
@@ -158,9 +165,7 @@ def _as_on_a_machine(text: str) -> str:
 
 def _canonical(text: str) -> str:
     """What rs274 prints for a program. Raises OracleError as `rs274` does."""
-    program = find()
-    if program is None:
-        raise OracleError("rs274 is missing: run python -m sim.motion.gcode.oracle")
+    program = _usr() / "bin/rs274"
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "program.ngc"
         write_text(file, _as_on_a_machine(text))
@@ -373,9 +378,7 @@ class Samples:
 
 def compare_samples() -> Samples:
     """Both interpreters on every sample program. Raises OracleError where LinuxCNC is missing."""
-    program = find()
-    folder = program.parent.parent / SAMPLES if program else None
-    files = sorted(folder.glob("*.ngc")) if folder else []
+    files = sorted((_usr() / SAMPLES).glob("*.ngc"))
     if not files:
         raise OracleError("LinuxCNC's samples are missing: run python -m sim.motion.gcode.oracle")
     return compare_files(files)
