@@ -3,7 +3,7 @@
 
 A check stands below `FEATURES.feature`, which says what it measures; goals_*.py hold them. A check
 gets how much to run and the figures of `microtick motion` by name, and returns its text and whether
-the goal is met. It raises KeyError where a figure is not there.
+the goal is met, None where it ran a sample only. It raises KeyError where a figure is not there.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Goal:
     command: str
 
 
-Measured = tuple[str, bool]
+Measured = tuple[str, bool | None]
 Rows = Mapping[str, Mapping[str, Any]]
 
 
