@@ -85,6 +85,7 @@ tools-for-tests: $(READY) $(if $(filter true,$(CI)),$(READY_SYNTH))
 	@scripts/debian_tool.sh chromium --for-tests
 	@scripts/debian_tool.sh tclsh --for-tests
 	@scripts/debian_tool.sh tshark --for-tests
+	@scripts/debian_tool.sh linuxcnc --for-tests
 	@scripts/debian_tool.sh iverilog --for-tests
 	@scripts/debian_tool.sh verilator --for-tests
 	@scripts/debian_tool.sh fst $(if $(filter-out 0,$(WAVES)),,--for-tests)

@@ -131,6 +131,13 @@ PAGES = (
         lambda results: results.get("whole", False),
     ),
     Page(
+        "docs/ethercat.md",
+        "-m scripts.linuxcnc_rows",
+        BUILD / "linuxcnc.json",
+        "make goals T=linuxcnc RUN=full",
+        lambda results: any(goal.get("producer") == "machine" for goal in results["goals"]),
+    ),
+    Page(
         "docs/formal.md",
         "-m tests.formal --docs",
         BUILD / "formal/report.json",
