@@ -7,7 +7,6 @@ import functools
 import itertools
 import math
 import os
-import re
 import subprocess
 import sys
 import tempfile
@@ -258,18 +257,16 @@ def long_part(counts: Counts, rows: Rows) -> Measured:
     with tempfile.TemporaryDirectory() as folder:
         part = Path(folder) / "part.ngc"
         part.write_text("".join(lookahead_paths.cam_part(counts.part)), encoding="utf-8")
-        done = subprocess.Popen(
-            [sys.executable, "-m", "sim.bench.run", str(part), "--plan-only"],
-            cwd=ROOT,
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-        text = done.stdout.read()
-        _, status, used = os.wait4(done.pid, 0)
+        said = Path(folder) / "said"
+        with said.open("w") as file:
+            command = [sys.executable, "-m", "sim.bench.run", str(part), "--plan-only"]
+            done = subprocess.Popen(command, cwd=ROOT, stdout=file)
+            _, status, used = os.wait4(done.pid, 0)
+        text = said.read_text(encoding="utf-8")
         done.returncode = os.waitstatus_to_exitcode(status)
     if done.returncode:
         raise RuntimeError(f"the plan of the part failed with status {done.returncode}")
-    moves = int(re.search(r"(\d+) moves", text)[1])
+    moves = int(text.split(" moves")[0].split()[-1])
     time_s, memory = used.ru_utime + used.ru_stime, used.ru_maxrss / 1e3
     windows = text.count("window of")
     return (

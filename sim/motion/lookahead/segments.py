@@ -23,6 +23,7 @@ from sim.motion.geometry.curves import (
     Arc,
     Curve,
     FloatArray,
+    Line,
     curve_of,
     feed_of,
     to_si,
@@ -98,7 +99,7 @@ class Segments:
             if not along > 0.0:
                 return
             if not (self._inside(start) and self._inside(end)):
-                self._check(move, curve_of(move))
+                self._check(move, Line(start / SCALE, end / SCALE, along))
             length = math.sqrt(way @ way)
             ratio, direction = length / along, way / length
             curve_kept = None

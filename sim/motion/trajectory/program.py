@@ -19,7 +19,7 @@ windows are kept (windows.py). Every tick is planned all the same.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from dataclasses import dataclass, field
 from itertools import chain, groupby
 
@@ -45,7 +45,7 @@ from sim.motion.trajectory.exact_stop import (
     on_number_grid,
 )
 from sim.motion.trajectory.path_limits import LimitMeter
-from sim.motion.trajectory.ticks import FIELDS, Ticks, at_rest, joined
+from sim.motion.trajectory.ticks import Ticks, at_rest, joined
 from sim.motion.trajectory.windows import Place, Windows, path_of
 from sim.robot.parameters import Robot
 from sim.robot.records import SetPoints
@@ -167,7 +167,7 @@ def plan_stream(
         path, moves = joined(held), motion.moves
     else:
         found = windows.found(motion.moves)
-        if not found:
+        if not found and seconds:
             raise ValueError(
                 f"{file}: error: the path takes {(count - rest) * period:g} s; got a window from "
                 f"{seconds[0]:g} s on; expected an earlier one (--seconds)"
@@ -183,8 +183,10 @@ def plan_stream(
     numbers = np.unique(path.move[path.move >= 0])
     own = np.where(path.move >= 0, np.searchsorted(numbers, path.move), -1)
     return ProgramPath(
-        *(getattr(path, name) for name in FIELDS[:-1]),
-        move=own,
+        path.position,
+        path.velocity,
+        path.acceleration,
+        own,
         period=period,
         moves=tuple(moves[number] for number in numbers.tolist()),
         rest=min(rest, len(path)),
@@ -251,7 +253,7 @@ class _Motion:
         self.count, self.ticks, self.ended = 0, 0, False
         self._pose: Pose | None = None
 
-    def parts(self, rest: int) -> Iterator[Ticks]:
+    def parts(self, rest: int) -> Generator[Ticks]:
         """The ticks of the whole program; the last part is the last tick, at rest at the end.
 
         rest: ticks of that at the start. Raises TooLongError before the ticks of a stretch of
@@ -288,8 +290,8 @@ class _Motion:
         numbers, own = np.unique(part.move, return_inverse=True)
         moves = [self.moves.get(number) for number in numbers.tolist()]
         feed = np.array([feed_of(move) if move else math.inf for move in moves])
-        alone = np.array([bool(move) and move.turns_only_the_table for move in moves])
-        exact = np.array([bool(move) and move.exact_stop for move in moves])
+        alone = np.array([move is not None and move.turns_only_the_table for move in moves])
+        exact = np.array([move is not None and move.exact_stop for move in moves])
         return feed[own], alone[own], exact[own]
 
     def _entries(self) -> Iterator[_Entry]:
@@ -344,9 +346,9 @@ class _Motion:
                 self.corners.smooth += len(blocks) - 1
                 own = np.array(numbers[: len(blocks)])
                 del numbers[: len(blocks)]
-                for *values, owner in checked_chain(blocks, settings, tick, self._file):
+                for q, v, a, owner in checked_chain(blocks, settings, tick, self._file):
                     tick += len(owner)
-                    yield Ticks(*values, own[owner])
+                    yield Ticks(q, v, a, own[owner])
 
     def _looking_ahead(self, entries: Iterable[_Entry]) -> Iterator[Ticks]:
         """The ticks of moves and rests under G61 and G64, without the last one."""

@@ -33,8 +33,8 @@ class Ticks:
     def __len__(self) -> int:
         return len(self.position)
 
-    def part(self, begin: int, end: int) -> Ticks:
-        """The ticks begin to end - 1."""
+    def part(self, begin: int, end: int | None) -> Ticks:
+        """The ticks begin to end - 1, None: to the last one."""
         return Ticks(*(getattr(self, name)[begin:end] for name in FIELDS))
 
 
