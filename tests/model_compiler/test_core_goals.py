@@ -3,15 +3,12 @@
 
 from __future__ import annotations
 
-import subprocess
-
 import pytest
 
 from scripts import clock_goals
 from sim.bench.shown_robots import core_goals as module
 from sim.bench.shown_robots.__main__ import goal_text
 from sim.bench.shown_robots.core_goals import ROWS, core_goals
-from sim.report import provenance
 
 FAST = {
     "aluts": 12_010,
@@ -24,7 +21,7 @@ SMALL = {"aluts": 5_000, "fmax_mhz": {"median": 102.0, "runs": 5}}
 
 @pytest.fixture
 def same_rtl(monkeypatch):
-    monkeypatch.setattr(module, "unchanged_since", lambda commit, paths: commit == "abc")
+    monkeypatch.setattr(module, "is_present", lambda top, figures: figures["commit"] == "abc")
 
 
 def document(commit: str = "abc", **fast) -> dict:
@@ -107,30 +104,3 @@ def test_figures_of_another_core_or_none_are_not_met(same_rtl):
     none = core_goals({})
     assert len(missed(none)) == len(ROWS) and none[0]["value"] is None
     assert goal_text(none[0]).startswith("core fast, logic: - ALUTs, goal 12010: NOT MET (not mea")
-
-
-def test_files_are_compared_with_those_of_a_commit(tmp_path, monkeypatch):
-    monkeypatch.setattr(provenance, "ROOT", tmp_path)
-    (tmp_path / "core.sv").write_text("one")
-    assert not provenance.unchanged_since("HEAD", ["core.sv"])  # no repository
-    git = ["git", "-c", "user.name=x", "-c", "user.email=x@x", "-C", tmp_path]
-    for command in (["init", "-q"], ["add", "."], ["commit", "-q", "-m", "x"]):
-        subprocess.run([*git, *command], check=True)
-    assert provenance.unchanged_since("HEAD", ["core.sv"])
-    assert not provenance.unchanged_since("0" * 40, ["core.sv"])
-    (tmp_path / "core.sv").write_text("two")
-    assert not provenance.unchanged_since("HEAD", ["core.sv"])
-    assert provenance.unchanged_since("HEAD", ["other.sv"])
-
-
-def test_a_module_that_only_the_other_configuration_has__changes_nothing(monkeypatch):
-    asked = {}
-    monkeypatch.setattr(
-        module, "unchanged_since", lambda commit, paths: asked.setdefault(commit, paths)
-    )
-    core_goals(document("whole"))
-    core_goals(document("fast", modules=["asip", "fp_divsqrt"]))
-    names = {commit: {path.stem for path in paths} for commit, paths in asked.items()}
-    assert {"fp_divsqrt_folded", "fp_divsqrt", "asip_isa_pkg"} <= names["whole"]
-    assert {name for name in names["fast"] if not name.endswith("_pkg")} == {"asip", "fp_divsqrt"}
-    assert "asip_isa_pkg" in names["fast"]

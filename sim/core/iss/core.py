@@ -139,7 +139,9 @@ class Iss:
         """Go on with another function of the image loaded (`Image.function`), by its names."""
         self.image = image
         self._places: dict[str, tuple[int, str]] = {}
-        for entry in (*image.constants, *image.inputs):
+        for constant in image.constants:
+            self._places[constant.name] = (isa.K_BASE + constant.index, constant.type)
+        for entry in image.inputs:
             self._places[entry.name] = (isa.K_BASE + entry.index, entry.type)
         for state in image.states:
             self._places[state.name] = (isa.register_code(state.register), state.type)
@@ -283,7 +285,7 @@ class Iss:
                 step.stores.append((self._address(op, op.sources[1]), op.sources[0]))
             elif op.output is not None:
                 step.outputs.append((self._value(op), op.output))
-            else:
+            elif op.dst is not None:
                 step.compute.append(self._value(op))
                 step.destinations.append(op.dst)
         only_computes = not (step.outputs or step.stores or step.branch or halt or self._trace)
@@ -360,7 +362,7 @@ class Iss:
         if executed != self._counted[0]:
             counts: Counter[str] = Counter()
             for step, times in zip(self._steps, executed, strict=True):
-                if times:
+                if times and step is not None:
                     for mnemonic, each in step.counts.items():
                         counts[mnemonic] += each * times
             self._counted = executed, counts

@@ -11,8 +11,18 @@ from asip_asm.isa import IMMEDIATE_WIDTH, LOOP_BITS, default_isa
 from asip_asm.isa_records import SOURCE_FIELDS
 
 ISA = default_isa()
-Fault = IntEnum("Fault", {fault.name: fault.code for fault in REGMAP.faults.values()})
-"""Causes of a fault; NONE is 0."""
+
+
+class Fault(IntEnum):
+    """Causes of a fault that the model has; the others are of a core's surroundings."""
+
+    NONE = REGMAP.faults["NONE"].code
+    ILLEGAL = REGMAP.faults["ILLEGAL"].code
+    ADDRESS = REGMAP.faults["ADDRESS"].code
+    WATCHDOG = REGMAP.faults["WATCHDOG"].code
+    NOT_FINITE = REGMAP.faults["NOT_FINITE"].code
+    OUTPUT_MISSING = REGMAP.faults["OUTPUT_MISSING"].code
+
 
 BANK_CODE = {name: bank.code for name, bank in ISA.banks.items()}
 BANK_SIZE = {name: bank.size for name, bank in ISA.banks.items()}

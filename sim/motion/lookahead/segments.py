@@ -92,6 +92,7 @@ class Segments:
 
     def _segment(self, move: Move, number: int) -> Iterator[Segment]:
         start, end = self._at(move.start), self._at(move.end)
+        direction, curve_kept = np.zeros(5), None
         if not move.motion.is_arc:
             x, y, z, a, c = way = end - start
             along = math.hypot(a, c) / TABLE_RADIUS if move.turns_only_the_table else 0.0
@@ -102,7 +103,6 @@ class Segments:
                 self._check(move, Line(start / SCALE, end / SCALE, along))
             length = math.sqrt(way @ way)
             ratio, direction = length / along, way / length
-            curve_kept = None
         else:
             move = _on_its_circle(move)
             curve = curve_of(move)
@@ -111,7 +111,7 @@ class Segments:
             self._check(move, curve)
             tangent = curve.evaluate(np.zeros(1))[1][0] * SCALE
             ratio = math.sqrt(tangent @ tangent)
-            length, direction = curve.length * ratio, None
+            length = curve.length * ratio
             curve_kept = curve if isinstance(curve, Arc) else None
         feed = feed_of(move, self._rapid or math.inf)
         yield Segment(
@@ -252,12 +252,11 @@ def _on_its_circle(move: Move) -> Move:
     """
     if not move.motion.is_arc:
         return move
-    first, second = move.plane.axes
+    (first, second), (cx, cy) = move.circle
     ax, ay = move.start[first], move.start[second]
     bx, by = move.end[first], move.end[second]
     ux, uy = bx - ax, by - ay
     square = ux * ux + uy * uy
-    cx, cy = move.centre
     radius = math.hypot(ax - cx, ay - cy)
     growth = math.hypot(bx - cx, by - cy) - radius
     if math.sqrt(square) <= FULL_TURN_BELOW * radius or abs(growth) > MISSES * 1e3:

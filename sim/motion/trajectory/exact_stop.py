@@ -294,7 +294,7 @@ def generate(
     ticks = np.arange(tick + 1)
     position, velocity, acceleration = map(np.concatenate, zip(*parts, strict=True))
     return Trajectory(
-        t=ticks * settings.period,
+        t=ticks.astype(np.float64) * settings.period,
         position=position,
         velocity=velocity,
         acceleration=acceleration,

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -46,7 +48,7 @@ class LimitMeter:
         leg_rate = inverse_acceleration(self._robot, position[:, :3], tool, acceleration[:, :3])
         ways = np.where(alone, np.linalg.norm(table, axis=1), np.linalg.norm(tool, axis=1))
         ratios = [ways / feed]
-        groups = {
+        groups: dict[str, tuple[Callable[..., FloatArray], FloatArray, FloatArray]] = {
             "tool": (np.linalg.norm, tool, acceleration[:, :3]),
             "leg": (np.max, np.abs(legs), np.abs(leg_rate)),
             "table": (np.max, np.abs(table), np.abs(acceleration[:, 3:])),

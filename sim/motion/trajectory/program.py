@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asip_asm.project import ROOT
-from sim.motion.geometry.curves import FloatArray, blocks_of, curve_of, feed_of, to_si
+from sim.motion.geometry.curves import FloatArray, RateLimits, blocks_of, curve_of, feed_of, to_si
 from sim.motion.geometry.moves import Dwell, GcodeProgram, Item, Motion, Move, Pose
 from sim.motion.lookahead.joints import SlowestJoints
 from sim.motion.lookahead.limits import MachineLimits
@@ -251,7 +251,7 @@ class _Motion:
         self.corners = Corners()
         self.moves: dict[int, Move] = {}
         self.count, self.ticks, self.ended = 0, 0, False
-        self._pose: Pose | None = None
+        self._pose: Pose = (math.nan,) * 5  # after the last item; before the first move nan
 
     def parts(self, rest: int) -> Generator[Ticks]:
         """The ticks of the whole program; the last part is the last tick, at rest at the end.
@@ -300,12 +300,12 @@ class _Motion:
         exact = False
         for item in self._items:
             if isinstance(item, Dwell):
-                if self._pose is None:
+                if not self.count:
                     early.append(item)
                 else:
                     yield exact, max(self.count - 1, 0), self._pose, item
                 continue
-            if self._pose is None:
+            if not self.count:
                 yield from ((item.exact_stop, 0, item.start, dwell) for dwell in early)
             if item.start != item.end or item.motion.is_arc:
                 self.moves[self.count] = item
@@ -333,14 +333,16 @@ class _Motion:
     def _exact_stops(self, entries: Iterable[_Entry]) -> Iterator[Ticks]:
         """The ticks of moves and rests under G61.1, without the last one."""
         settings = MotionSettings(self._robot, lead_in=0.0)
+        rates = settings.rates or RateLimits()
         for is_dwell, group in groupby(entries, key=lambda entry: isinstance(entry[3], Dwell)):
             if is_dwell:
-                for _, number, pose, dwell in group:
-                    yield from self._resting(pose, dwell, number)
+                for _, number, pose, item in group:
+                    if isinstance(item, Dwell):
+                        yield from self._resting(pose, item, number)
                 continue
             numbers: list[int] = []
             tick = 0
-            for blocks in chains_of(blocks_of(_moving(group, numbers), settings.rates)):
+            for blocks in chains_of(blocks_of(_moving(group, numbers), rates)):
                 self._check_time(chain_time(blocks, settings), blocks[0].move)
                 self.corners.stops += tick > 0
                 self.corners.smooth += len(blocks) - 1
@@ -352,19 +354,18 @@ class _Motion:
 
     def _looking_ahead(self, entries: Iterable[_Entry]) -> Iterator[Ticks]:
         """The ticks of moves and rests under G61 and G64, without the last one."""
-        base: int | None = None  # number of the first move
-        alone: list[_Entry] = []  # rests before it
+        base = -1  # number of the first move
+        alone: list[tuple[int, Pose, Dwell]] = []  # rests before it
 
         def items() -> Iterator[Item]:
             nonlocal base
-            for entry in entries:
-                item = entry[3]
+            for _, number, pose, item in entries:
                 if isinstance(item, Move):
-                    base = entry[1] if base is None else base
+                    base = number if base < 0 else base
                 else:
                     self.corners.rest += item.seconds
-                    if base is None:
-                        alone.append(entry)
+                    if base < 0:
+                        alone.append((number, pose, item))
                 yield item
 
         settings = LookaheadSettings(robot=self._robot)
@@ -385,7 +386,7 @@ class _Motion:
             self.corners.smooth += summary.smooth
             self.corners.stops += summary.stops
         if held is None:  # rests alone
-            for _, number, pose, dwell in alone:
+            for number, pose, dwell in alone:
                 self.corners.rest -= dwell.seconds
                 yield from self._resting(pose, dwell, number)
 
@@ -393,13 +394,13 @@ class _Motion:
 def _moving(entries: Iterable[_Entry], numbers: list[int]) -> Iterator[Move]:
     """The moves that go anywhere; numbers: gets theirs."""
     for _, number, _, move in entries:
-        if curve_of(move) is not None:
+        if isinstance(move, Move) and curve_of(move) is not None:
             numbers.append(number)
             yield move
 
 
 def set_points(trajectory: Trajectory | ProgramPath, ticks: int | None = None) -> SetPoints:
     """The first `ticks` set-points of a trajectory, None: all."""
-    parts = (trajectory.position, trajectory.velocity, trajectory.acceleration)
-    parts = [part[:ticks] for part in parts]
+    whole = (trajectory.position, trajectory.velocity, trajectory.acceleration)
+    parts = [part[:ticks] for part in whole]
     return SetPoints(*(part[:, :3] for part in parts), *(part[:, 3:] for part in parts))
