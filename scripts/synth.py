@@ -21,7 +21,7 @@ from asip_asm.command import command, script_parser
 from asip_asm.files import write_text
 from scripts.synth_unit import OUTPUT, ROOT, SynthesisError, synthesise
 from sim.bench.run.tables import resource_table
-from sim.core.fpbench.campaign import mark_of
+from sim.core.fpbench.campaign import kept, mark_of
 from sim.report.provenance import commit
 from sim.robot.published import Published
 from sim.rtl.figures import rtl_mark
@@ -69,19 +69,13 @@ def fingerprint(top: Top, seeds: tuple[int, ...]) -> str:
 
 def run(top: Top, seeds: tuple[int, ...], console: Console, jobs: int = 1) -> dict:
     """Result of one top, from the last run if nothing changed."""
-    mark = fingerprint(top, seeds)
-    kept = OUTPUT / f"{top.name}.json"
-    if kept.is_file():
-        result = json.loads(kept.read_text(encoding="utf-8"))
-        if result.get("fingerprint") == mark:
-            console.print(f"  {top.name}: unchanged")
-            return result
-    begin = time.monotonic()
     console.print(f"  {top.name}: Yosys, nextpnr with seeds {', '.join(map(str, seeds))} ...")
-    files = sources_of(top.module)
-    result = synthesise(top.module, files, seeds, top.parameters, top.name, jobs, top.memories)
-    result["fingerprint"] = mark
-    write_text(kept, json.dumps(result, indent=2) + "\n")
+    begin, files = time.monotonic(), sources_of(top.module)
+
+    def measure() -> dict:
+        return synthesise(top.module, files, seeds, top.parameters, top.name, jobs, top.memories)
+
+    result = kept(OUTPUT / f"{top.name}-{fingerprint(top, seeds)}.json", measure)
     console.print(f"  {top.name}: {time.monotonic() - begin:.0f} s")
     return result
 

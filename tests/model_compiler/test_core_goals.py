@@ -7,8 +7,8 @@ import pytest
 
 from scripts import clock_goals
 from sim.bench.shown_robots import core_goals as module
-from sim.bench.shown_robots.__main__ import goal_text
 from sim.bench.shown_robots.core_goals import ROWS, core_goals
+from sim.report.goals import Goal
 
 FAST = {
     "aluts": 12_010,
@@ -29,15 +29,15 @@ def document(commit: str = "abc", **fast) -> dict:
     return {"tops": {top: own | {"commit": commit} for top, own in figures.items()}}
 
 
-def missed(goals: list[dict]) -> list[str]:
-    return [goal["name"] for goal in goals if not goal["met"]]
+def missed(goals: list[Goal]) -> list[str]:
+    return [goal.name for goal in goals if not goal.met]
 
 
 def test_figures_at_their_targets_are_met_and_name_their_commit(same_rtl):
     goals = core_goals(document())
-    assert missed(goals) == [] and {goal["commit"] for goal in goals} == {"abc"}
-    assert goal_text(goals[3]) == (
-        "core fast, clock: 125 MHz, goal 125: met (measured at commit abc)"
+    assert missed(goals) == [] and {goal.note for goal in goals} == {"measured at commit abc"}
+    assert goals[3] == Goal(
+        "core fast, clock", 125.0, "MHz", ">= 125", True, "measured at commit abc"
     )
 
 
@@ -62,7 +62,7 @@ def test_seeds_are_counted_as_make_synth_writes_them__and_named_where_they_are_f
     assert missed(core_goals(document(fmax_mhz={"median": 130.0, "seeds": seeds}))) == []
     seeds.pop("0")
     goal = core_goals(document(fmax_mhz={"median": 130.0, "seeds": seeds}))[3]
-    assert goal_text(goal).endswith("NOT MET (measured at commit abc, with 4 seeds of 5)")
+    assert not goal.met and goal.note == "measured at commit abc, with 4 seeds of 5"
 
 
 def test_the_clock_target_is_no_property_of_the_core():
@@ -100,7 +100,8 @@ def test_clock_goals__figures_of_this_rtl_alone_are_met_or_missed(
 def test_figures_of_another_core_or_none_are_not_met(same_rtl):
     other = core_goals(document("old"))
     assert len(missed(other)) == len(ROWS)
-    assert "the core is another one now; microtick synth measures it" in goal_text(other[0])
+    assert "the core is another one now; microtick synth measures it" in other[0].note
     none = core_goals({})
-    assert len(missed(none)) == len(ROWS) and none[0]["value"] is None
-    assert goal_text(none[0]).startswith("core fast, logic: - ALUTs, goal 12010: NOT MET (not mea")
+    assert len(missed(none)) == len(ROWS)
+    assert (none[0].name, none[0].value, none[0].target) == ("core fast, logic", None, "<= 12010")
+    assert none[0].note.startswith("not measured")

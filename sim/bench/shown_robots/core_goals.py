@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from sim.bench.run.tables import synthesised
+from sim.report.goals import Goal
 from sim.rtl.figures import is_present
 
 ROWS = (
@@ -35,7 +36,6 @@ class Figure:
 
     value: float | None
     valid: bool
-    commit: str
     note: str
 
 
@@ -50,15 +50,15 @@ def figure(document: Mapping[str, Any], top: str, field: str) -> Figure:
         if not enough:
             note += f", with {runs} seeds of {SEEDS}"
     if value is None:
-        return Figure(None, False, commit, "not measured; microtick synth measures it")
+        return Figure(None, False, "not measured; microtick synth measures it")
     current = is_present(top, figures)
     if not current:
         note += ", the core is another one now; microtick synth measures it"
-    return Figure(value, current and enough, commit, note)
+    return Figure(value, current and enough, note)
 
 
-def core_goals(document: Mapping[str, Any] | None = None) -> list[dict[str, Any]]:
-    """Goals of build/shown_robots.json, with `commit` and `note`; value None: not measured.
+def core_goals(document: Mapping[str, Any] | None = None) -> list[Goal]:
+    """Goals of build/shown_robots.json, not met where nothing counts as measured.
 
     document: of build/synth.json, None: as `make run` finds it.
     """
@@ -67,17 +67,8 @@ def core_goals(document: Mapping[str, Any] | None = None) -> list[dict[str, Any]
     for top, name, field, unit, target, meets in ROWS:
         own = figure(document, top, field)
         met = own.valid and own.value is not None and meets(own.value, target)
-        found.append(
-            dict(
-                name=name,
-                value=own.value,
-                unit=unit,
-                target=target,
-                met=met,
-                commit=own.commit,
-                note=own.note,
-            )
-        )
+        text = f"{'<=' if meets is operator.le else '>='} {target}"
+        found.append(Goal(name, own.value, unit, text, met, own.note))
     return found
 
 
