@@ -8,7 +8,7 @@
 
 LinuxCNC's servo thread, in lockstep with the simulation, hands its targets to pysoem on a TAP
 device. Slave controller, drives and law are RTL, every clock of them; the robot is the plant of the
-main job. It takes about a minute for each second of the path, and more on a busy machine.
+main job. A second of the path takes three to four minutes of a free core.
 """
 
 from __future__ import annotations
