@@ -59,7 +59,8 @@ def main(arguments: list[str] | None = None) -> int:
         if options.gdb is not None:
             status = serve(core, program, options.gdb, lambda text: say.print(f"nios-run: {text}"))
             return shown(status)
-        status, cycles = run(core, program, options, say)
+        assert program is not None  # the command line has it, or --gdb
+        ended, cycles = run(core, program, options, say)
         if options.trace:
             write_trace(core, program, options, say)
     except (ImageError, BuildError, ServerError) as error:
@@ -84,7 +85,7 @@ def main(arguments: list[str] | None = None) -> int:
             f"accesses 0x{core.stray:08x}, where there is neither memory nor a register"
         )
         return STRAY_STATUS
-    if status is None:
+    if ended is None:
         say.print(
             f"nios-run: {options.program} did not end within {options.max_cycles} cycles, it is "
             f"in {program.function_at(core.pc)} at 0x{core.pc:08x}; --max-cycles raises the limit"
@@ -94,9 +95,9 @@ def main(arguments: list[str] | None = None) -> int:
     say.print(
         f"nios-run: {options.system}, {cycles} cycles "
         f"({cycles / clock:.2f} us at {clock} MHz), {core.retired} instructions, "
-        f"exit status {status}"
+        f"exit status {ended}"
     )
-    return shown(status)
+    return shown(ended)
 
 
 def shown(status: int) -> int:
