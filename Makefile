@@ -83,6 +83,7 @@ tools-for-tests: $(READY) $(if $(filter true,$(CI)),$(READY_SYNTH))
 	@scripts/debian_tool.sh chromium --for-tests
 	@scripts/debian_tool.sh tclsh --for-tests
 	@scripts/debian_tool.sh tshark --for-tests
+	@scripts/debian_tool.sh linuxcnc --for-tests
 	@scripts/debian_tool.sh iverilog --for-tests
 	@scripts/debian_tool.sh verilator --for-tests
 	@scripts/debian_tool.sh fst $(if $(filter-out 0,$(WAVES)),,--for-tests)
@@ -106,7 +107,7 @@ lint-python: $(READY)
 	@exec $(PY) -m scripts.lint_rooms
 
 lint-types: $(READY)
-	@$(PY) scripts/lint_types.py
+	@$(VENV)/bin/mypy --no-error-summary
 
 lint-registers: $(READY)
 	@$(PY) scripts/rtl_subset.py
@@ -131,6 +132,7 @@ gen: $(READY) ## regenerate packages, headers and reference pages from their sou
 	$(PY) scripts/gen_nios_system.py
 	$(PY) scripts/gen_core_files.py
 	$(PY) scripts/gen_ethercat.py
+	$(PY) scripts/figures.py
 
 gen-check: $(READY) ## refuse generated files that differ from their sources
 	@$(PY) scripts/gen_isa.py --check
@@ -144,6 +146,7 @@ gen-check: $(READY) ## refuse generated files that differ from their sources
 	@$(PY) scripts/gen_nios_system.py --check
 	@$(PY) scripts/gen_core_files.py --check
 	@$(PY) scripts/gen_ethercat.py --check
+	@$(PY) scripts/figures.py --check
 
 goals: $(READY_SYNTH) ## measure goals, to build/NAME.json (T=NAME, RUN=full; without T the names)
 	@exec $(PY) -m scripts.goals $(T) $(if $(filter full,$(RUN)),--full)

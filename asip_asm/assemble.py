@@ -13,6 +13,7 @@ from asip_asm.encode import EncodeError, encode_program
 from asip_asm.image import Image
 from asip_asm.ir import Program
 from asip_asm.isa import default_isa
+from asip_asm.loops import mark_ends
 from asip_asm.machine import BRANCHES, Machine, load_machine
 from asip_asm.parser import Parser
 from asip_asm.resolve import resolve
@@ -85,6 +86,7 @@ def build_program(
         else:
             bundle_in_order(program, machine)
         allocate_registers(program, machine)
+        mark_ends(program, len(machine.slots))
     except SizeError as error:
         raise AssemblyError([Diagnostic(None, f"{path}: {error}", error.help)]) from None
     except ScheduleError as error:
@@ -96,8 +98,20 @@ def build_program(
 
 def encode(program: Program, machine: Machine, path: Path | str) -> Image:
     """Image of a program of `build_program`; `path` is for messages. Raises AssemblyError."""
+    cycles = straight_line_cycles(program, machine)
+    if cycles is not None and cycles > program.watchdog:
+        raise AssemblyError(
+            [
+                Diagnostic(
+                    None,
+                    f"{path}: a run takes {cycles} cycles, the watchdog stops it after "
+                    f"{program.watchdog}",
+                    f"allow them: .watchdog {2 * cycles}",
+                )
+            ]
+        )
     try:
-        return encode_program(program, default_isa(), straight_line_cycles(program, machine))
+        return encode_program(program, default_isa(), cycles)
     except EncodeError as error:
         raise AssemblyError([Diagnostic(None, f"{path}: {error}")]) from None
 
@@ -121,7 +135,7 @@ def parse_program(
 
 
 def straight_line_cycles(program: Program, machine: Machine) -> int | None:
-    """Estimated cycles of a run; None for a program with branches."""
+    """Cycles of a run; None for a program with branches."""
     if any(op.mnemonic in BRANCHES for _, _, op in program.placed()):
         return None
     return machine.run_cycles(program.bundles)

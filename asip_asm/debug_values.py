@@ -26,6 +26,7 @@ from asip_asm.ir import (
     register_name,
 )
 from asip_asm.isa import default_isa
+from asip_asm.loops import back_edges
 from asip_asm.machine import BRANCHES, Machine
 from asip_asm.reader import display_path
 
@@ -87,11 +88,13 @@ class _Builder:
 
     def _follow(self) -> list[list[int]]:
         labels = label_addresses(self.program)
+        turns = back_edges(self.bundles)
         end = len(self.bundles)
         follow = []
         for i, bundle in enumerate(self.bundles):
             branches = [op for op in bundle.operations if op.mnemonic in BRANCHES]
             next_ones = [] if any(op.mnemonic == "jmp" for op in branches) else [i + 1]
+            next_ones += turns.get(i, [])
             next_ones += [labels[op.target] for op in branches if op.target is not None]
             follow.append([end] if bundle.halt else sorted(set(next_ones)))
         return follow

@@ -72,7 +72,7 @@ def build_graph(
     `storage` maps symbols that share a register (last write of a state) to the symbol that stands
     for it. Read after write costs latency + 1 cycles, write after read none (operands are read at
     issue), write after write latency + 1. Loads and stores that may meet at an address keep their
-    order, and so do the reads and seeks of one stream; a final branch stays last.
+    order, and so do the reads and seeks of one stream; a final branch or loop stays last.
     """
     place: dict[object, Virtual] = {symbol: home for symbol, home in (storage or {}).items()}
     graph = Graph(
@@ -118,7 +118,7 @@ def build_graph(
                 reads_first = graph.operations[before].stream is not None and op.stream is None
                 require(before, j, 0 if reads_first else 1)
             streams[stream] = j
-        if op.mnemonic in BRANCHES:
+        if op.mnemonic in BRANCHES or op.mnemonic == "loop":
             for i in range(j):
                 require(i, j, 0)
     for j, edges in enumerate(best):

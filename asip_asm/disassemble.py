@@ -8,6 +8,7 @@ from asip_asm.expression import literal_name
 from asip_asm.image import Image
 from asip_asm.ir import ZERO, Bundle, Operation, Output, Register, register_name
 from asip_asm.isa import STREAM_BITS, STREAM_PINS, Isa, default_isa
+from asip_asm.loops import back_edges, level_and_rounds
 
 WORDS_PER_LINE = 8
 
@@ -67,6 +68,8 @@ def decode_operation(word: int, slot: int, configuration: str, isa: Isa) -> Oper
         used.add("dst")
     if "stream" in record.operands and not build.stream_words:
         raise DecodeError(f"configuration '{configuration}' has no streams")
+    if "count" in record.operands and not build.loops:
+        raise DecodeError(f"configuration '{configuration}' has no loops")
     if record.immediate_high is not None:
         high = fields[record.immediate_high]
         width = isa.fields["c"].width
@@ -88,9 +91,11 @@ def decode_bundle(word: int, configuration: str, isa: Isa) -> Bundle:
         operation = decode_operation(bits, slot, configuration, isa)
         slots.append(None if operation.mnemonic == "nop" else operation)
     control = word >> (len(slots) * isa.word_width)
-    if control & ~(1 << isa.halt_bit):
-        raise DecodeError(f"control bits {control:#04x} are reserved")
-    return Bundle(slots, bool(control))
+    ends = control >> isa.loop_bit & (1 << isa.configurations[configuration].loops) - 1
+    halt = control >> isa.halt_bit & 1
+    if reserved := control & ~(halt << isa.halt_bit | ends << isa.loop_bit):
+        raise DecodeError(f"control bits {reserved:#04x} are reserved")
+    return Bundle(slots, bool(halt), ends)
 
 
 def operation_text(operation: Operation, isa: Isa, labels: dict[int, str]) -> str:
@@ -106,6 +111,8 @@ def operation_text(operation: Operation, isa: Isa, labels: dict[int, str]) -> st
         elif operand == "stream":
             pipe, address = divmod(operation.imm or 0, 1 << STREAM_BITS)
             text = f"{STREAM_PINS[pipe]}+{address}"
+        elif operand == "count":
+            text = str(level_and_rounds(operation)[1])
         elif operand == "address":
             text = str(operation.imm)
             if operation.b != ZERO:
@@ -142,10 +149,12 @@ def disassemble(image: Image) -> str:
     for operation in (op for bundle in bundles for op in bundle.operations):
         if "target" in isa.operations[operation.mnemonic].operands:
             labels.setdefault(operation.imm or 0, [f"L{operation.imm}"])
+    turns = back_edges(bundles)
     first = {address: names[0] for address, names in labels.items()}
     for address, bundle in enumerate(bundles):
         rows += [f"{name}:" for name in labels.get(address, [])]
         rows.append(f"        {bundle_text(bundle, isa, first)}")
+        rows += ["        endloop"] * len(turns.get(address, []))
     return "\n".join(rows) + "\n"
 
 

@@ -72,7 +72,7 @@ def encode_operation(operation: Operation, isa: Isa, labels: dict[str, int]) -> 
 def encode_bundle(bundle: Bundle, isa: Isa, labels: dict[str, int]) -> int:
     """{control, slot n-1, ..., slot 0}; empty slots are nop."""
     nop = encode_operation(Operation("nop"), isa, labels)
-    word = bundle.halt << isa.halt_bit
+    word = bundle.halt << isa.halt_bit | bundle.ends << isa.loop_bit
     for operation in reversed(bundle.slots):
         slot = nop if operation is None else encode_operation(operation, isa, labels)
         word = word << isa.word_width | slot

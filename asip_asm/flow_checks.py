@@ -9,15 +9,21 @@ from asip_asm.blocks import Block, Step
 from asip_asm.diagnostics import Place, Reporter, SourceError, closest
 from asip_asm.flow import certain_before, possible_before
 from asip_asm.ir import Export, Output, Program, Register, Virtual
+from asip_asm.loops import Loop
 from asip_asm.operands import Operands
 from asip_asm.source import NOUNS, Source, physical_register, where
 
 
 def check_flow(
-    source: Source, program: Program, blocks: list[Block], operands: Operands, reporter: Reporter
+    source: Source,
+    program: Program,
+    blocks: list[Block],
+    loops: list[Loop],
+    operands: Operands,
+    reporter: Reporter,
 ) -> None:
     """Report what is wrong on any path; adds the exports to the program."""
-    checks = _Checks(source, program, blocks, operands, reporter)
+    checks = _Checks(source, program, blocks, loops, operands, reporter)
     checks.check_reads()
     checks.check_outputs()
 
@@ -27,6 +33,7 @@ class _Checks:
     source: Source
     program: Program
     blocks: list[Block]
+    loops: list[Loop]
     operands: Operands
     reporter: Reporter
 
@@ -138,14 +145,19 @@ class _Checks:
         ]
         written = [{index for index, _ in pairs} for pairs in writes]
         names = {o.index: o.name for o in self.program.outputs}
-        for before, pairs in zip(possible_before(self.follow, written), writes, strict=True):
+        possible = possible_before(self.follow, written)
+        for i, (before, pairs) in enumerate(zip(possible, writes, strict=True)):
             seen = set(before)
+            repeated = any(loop.first <= i <= loop.last for loop in self.loops)
             for index, step in pairs:
                 if index in seen:
                     self.reporter.add(
                         step.raw.operands["dst"].place,
-                        f"output '{names[index]}' is written twice",
-                        "select the value first, then write the output once",
+                        f"output '{names[index]}' is written "
+                        + ("in every round of a loop" if repeated else "twice"),
+                        "write a register in the loop, and the output once after it"
+                        if repeated
+                        else "select the value first, then write the output once",
                     )
                 seen.add(index)
         certain = certain_before(self.follow, written, set(), everything)

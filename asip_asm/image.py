@@ -151,6 +151,18 @@ class Image(msgspec.Struct, forbid_unknown_fields=True):
     functions: list[FunctionEntry] = []
     streams: list[StreamEntry] = []
 
+    @property
+    def registers(self) -> dict[str, str]:
+        """Register of each export and state."""
+        found = {entry.name: entry.register for entry in self.exports}
+        return found | {state.name: state.register for state in self.states}
+
+    @property
+    def types(self) -> dict[str, str]:
+        """Type of each input and state."""
+        found = {entry.name: entry.type for entry in self.inputs}
+        return found | {state.name: state.type for state in self.states}
+
     def function(self, name: str) -> Image:
         """The image with one of its functions, by that function's own names; it holds the others'
         bundles, constants and data too. Raises ImageError for an unknown name.

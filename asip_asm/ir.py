@@ -76,9 +76,9 @@ class SourceLine:
 
 @dataclass(eq=False)
 class Operation:
-    """One operation. Unused sources are ZERO; `imm` is the data address of ld and st and the place
-    of a seek, `target` the label of a branch. `symbols`: the values that stood in dst, a, b and c
-    before the allocator replaced them by registers.
+    """One operation. Unused sources are ZERO; `imm` is the data address of ld and st, the place of
+    a seek and the level and rounds of a loop, `target` the label of a branch. `symbols`: the values
+    that stood in dst, a, b and c before the allocator replaced them by registers.
     """
 
     mnemonic: str
@@ -100,10 +100,13 @@ class Operation:
 
 @dataclass(eq=False)
 class Bundle:
-    """Operations of one clock cycle by slot (None = nop) and whether the run ends here."""
+    """Operations of one clock cycle by slot (None = nop), whether the run ends here, and the levels
+    of the loops whose end mark it has, as bits: it is two before their last bundle.
+    """
 
     slots: list[Operation | None]
     halt: bool = False
+    ends: int = 0
 
     @property
     def operations(self) -> list[Operation]:
@@ -121,13 +124,15 @@ class Region:
 
     `operations` in program order; `bundles` is set instead where the source wrote braces (a branch
     is then in the last bundle only), and by the scheduler. `halt`: the run ends after this region;
-    the last bundle of the region carries it as well.
+    the last bundle of the region carries it as well. The body of a loop begins after a region whose
+    last operation is `loop`; `ends` counts the loops whose bodies end with this one.
     """
 
     labels: list[str] = field(default_factory=list)
     operations: list[Operation] = field(default_factory=list)
     bundles: list[Bundle] | None = None
     halt: bool = False
+    ends: int = 0
 
 
 @dataclass(eq=False)

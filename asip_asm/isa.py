@@ -29,7 +29,7 @@ from asip_asm.semantics import SemanticsError, check
 ISA_FILE = Path(__file__).with_name("isa.toml")
 
 WORD_FIELDS = ("op", "dst", "a", "b", "c")
-OPERAND_KINDS = ("dst", "a", "b", "c", "address", "target", "stream")
+OPERAND_KINDS = ("dst", "a", "b", "c", "address", "target", "stream", "count")
 FLAG_NAMES = ("NV", "DZ", "OF", "UF", "NX")
 TYPE_NAMES = ("int", "any")
 UNIT_BANKS = ("pipe", "C", "none")
@@ -42,6 +42,8 @@ STREAM_BITS = IMMEDIATE_WIDTH - 1
 """Bits of a word's address in a stream; the highest bit of the immediate is the pipe."""
 STREAM_PINS = "AB"
 """Pipes that have a stream, in the order of their slots."""
+LOOP_BITS = IMMEDIATE_WIDTH - 2
+"""Bits of the rounds of a loop, less one; the highest two bits of the immediate are its level."""
 
 
 class IsaError(ValueError):
@@ -92,26 +94,29 @@ def load_isa(path: Path = ISA_FILE) -> Isa:
     findings.keys("file", raw, sections, set())
     findings.stop()
     width, fields = _read_word(raw["operation_word"], findings)
-    findings.keys("bundle", raw["bundle"], {"control_width", "halt_bit"}, set())
+    findings.keys(
+        "bundle", raw["bundle"], {"control_width", "halt_bit", "loop_bit", "loop_levels"}, set()
+    )
     findings.keys("limits", raw["limits"], set(LIMIT_NAMES), set())
     findings.keys("clock", raw["clock"], {"clock_mhz"}, set())
     findings.keys("pipeline", raw["pipeline"], set(PIPELINE_NAMES), set())
     findings.stop()
     banks = _read_banks(raw["bank"], findings)
     units = _read_units(raw["unit"], findings)
-    configurations = _read_configurations(raw["configuration"], units, findings)
+    configurations = _read_configurations(
+        raw["configuration"], units, raw["bundle"]["loop_levels"], findings
+    )
     operations = _read_operations(raw["op"], fields, units, findings)
     findings.stop()
     isa = Isa(
         word_width=width,
         fields=fields,
-        control_width=raw["bundle"]["control_width"],
-        halt_bit=raw["bundle"]["halt_bit"],
         banks=banks,
         pipeline=Pipeline(**raw["pipeline"]),
         configurations=configurations,
         units=units,
         operations=operations,
+        **raw["bundle"],
         **raw["limits"],
         **raw["clock"],
     )
@@ -175,7 +180,7 @@ def _read_banks(records: list[Mapping[str, Any]], findings: _Findings) -> dict[s
 
 
 def _read_configurations(
-    records: Mapping[str, Any], units: Mapping[str, UnitRecord], findings: _Findings
+    records: Mapping[str, Any], units: Mapping[str, UnitRecord], levels: int, findings: _Findings
 ) -> dict[str, Configuration]:
     configurations: dict[str, Configuration] = {}
     for name, record in records.items():
@@ -184,7 +189,7 @@ def _read_configurations(
             where,
             record,
             {"slots", "fma_pipes", "doc"},
-            {"intervals", "latency_constants", "stream_words"},
+            {"intervals", "latency_constants", "stream_words", "loops"},
         ):
             continue
         found = Configuration(name, **record | {"slots": tuple(record["slots"])})
@@ -199,6 +204,8 @@ def _read_configurations(
                 where,
                 f"stream_words is {words!r}, must be 0 or a power of two to {1 << STREAM_BITS}",
             )
+        if not isinstance(found.loops, int) or not 0 <= found.loops <= (levels if pipes > 1 else 0):
+            findings.add(where, f"loops is {found.loops!r}, must be 0 to {levels}, with one slot 0")
         for unit, interval in found.intervals.items():
             findings.known(where, "unit of an interval", unit, units)
             if not isinstance(interval, int) or interval < 1:
@@ -321,6 +328,11 @@ def _check_operands(where: str, operation: OperationRecord, findings: _Findings)
 def _check_sizes(isa: Isa, findings: _Findings) -> None:
     if not 0 <= isa.halt_bit < isa.control_width:
         findings.add("bundle.halt_bit", f"not below control_width = {isa.control_width}")
+    marks = range(isa.loop_bit, isa.loop_bit + isa.loop_levels)
+    if isa.halt_bit in marks or not 0 < marks.start < marks.stop <= isa.control_width:
+        findings.add("bundle.loop_bit", "the marks of loops are no control bits of their own")
+    if isa.loop_levels > 1 << IMMEDIATE_WIDTH - LOOP_BITS:
+        findings.add("bundle.loop_levels", f"does not fit {IMMEDIATE_WIDTH - LOOP_BITS} bits")
     bits = isa.index_bits
     for name in SOURCE_FIELDS:
         if isa.fields[name].width != bits + 3:

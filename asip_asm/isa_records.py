@@ -28,7 +28,7 @@ class Configuration:
 
     `intervals` and `latency_constants` hold the cycles between operations and the constant of the
     latency of the units that differ from their record; `stream_words` are the words of the constant
-    memory of each multiply-add pipe, 0 without streams.
+    memory of each multiply-add pipe, 0 without streams; `loops` are the levels of loops.
     """
 
     name: str
@@ -38,6 +38,7 @@ class Configuration:
     intervals: Mapping[str, int] = field(default_factory=dict)
     latency_constants: Mapping[str, str] = field(default_factory=dict)
     stream_words: int = 0
+    loops: int = 0
 
     @property
     def parameters(self) -> dict[str, int]:
@@ -45,7 +46,8 @@ class Configuration:
         are not.
         """
         shape = {"FmaPipes": self.fma_pipes, "Slots": len(self.slots)}
-        return shape | ({"StreamWords": self.stream_words} if self.stream_words else {})
+        more = {"StreamWords": self.stream_words, "Loops": self.loops}
+        return shape | {name: value for name, value in more.items() if value}
 
     def streams(self, slot: int) -> bool:
         """Whether operations in the slot can read the stream of that number."""
@@ -144,7 +146,7 @@ class OperationRecord:
     @property
     def immediate_high(self) -> str | None:
         """Field that holds imm[15:9] (imm[8:0] is field c); None without an immediate."""
-        if not {"address", "target", "stream"} & set(self.operands):
+        if not {"address", "target", "stream", "count"} & set(self.operands):
             return None
         return "a" if self.writes else "dst"
 
@@ -167,6 +169,8 @@ class Isa:
     fields: Mapping[str, BitField]
     control_width: int
     halt_bit: int
+    loop_bit: int
+    loop_levels: int
     banks: Mapping[str, Bank]
     outputs: int
     program_bundles: int

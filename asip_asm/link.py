@@ -309,10 +309,10 @@ def _moved(bundle: Bundle, place: _Places, isa: Isa) -> tuple[Bundle, dict[str, 
         elif "stream" in record.operands:
             pipe = (old.imm or 0) >> STREAM_BITS
             new.imm = (old.imm or 0) + place.first_stream[STREAM_PINS[pipe]]
-        elif record.immediate_high is not None:
+        elif "address" in record.operands:
             new.imm = (old.imm or 0) + place.first_data
         slots.append(new)
-    return Bundle(slots, bundle.halt), labels
+    return Bundle(slots, bundle.halt, bundle.ends), labels
 
 
 def _add_signals(result: Image, name: str, image: Image, place: _Places) -> None:

@@ -9,33 +9,35 @@ from asip_asm.disassemble import decode_bundle
 from asip_asm.expression import literal_name
 from asip_asm.image import Image, SourceEntry
 from asip_asm.isa import default_isa
+from asip_asm.loops import back_edges
 from asip_asm.machine import load_machine
 
 
 def listing(image: Image) -> str:
     """Bundles with address, issue cycle, words and source, and the operations of each equation.
 
-    The issue cycle is that of a run in which no branch is taken.
+    The issue cycle is that of a run in which no branch is taken and loops have one round.
     """
     isa = default_isa()
     machine = load_machine(image.configuration)
     bundles = [decode_bundle(int(word, 16), image.configuration, isa) for word in image.bundles]
     issues = machine.issue_cycles(bundles)
+    turns = back_edges(bundles)
     labels: dict[int, list[str]] = {}
     for name, address in image.labels.items():
         labels.setdefault(address, []).append(name)
     rows = [
         f"; {note(image.title) or 'untitled'}",
         f"; configuration {image.configuration}, {counted(len(bundles), 'bundle')}"
-        + (f", about {image.cycles} cycles" if image.cycles is not None else ", with branches"),
+        + (f", {image.cycles} cycles" if image.cycles is not None else ", with branches"),
         "; address  cycle  bundle",
     ]
     for address, (word, bundle, entries) in enumerate(
         zip(image.bundles, bundles, image.sources, strict=True)
     ):
         rows += [f"{label}:" for label in labels.get(address, [])]
-        halt = "  halt" if bundle.halt else ""
-        rows.append(f"     {address:04x}  {issues[address].cycle:5d}  {word}{halt}")
+        end = "  halt" if bundle.halt else "".join("  endloop" for _ in turns.get(address, []))
+        rows.append(f"     {address:04x}  {issues[address].cycle:5d}  {word}{end}")
         rows += [f"{' ' * 18}{_source(entry)}" for entry in entries]
     return "\n".join(rows) + "\n"
 

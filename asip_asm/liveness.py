@@ -7,6 +7,7 @@ from collections.abc import Collection
 
 from asip_asm.flow import live_after
 from asip_asm.ir import Program, Register, Virtual
+from asip_asm.loops import region_loops
 from asip_asm.machine import BRANCHES, sources
 
 Place = Virtual | Register
@@ -18,16 +19,18 @@ def region_liveness(
     """Places live at the start and at the end of every region of a scheduled program.
 
     A place is live if a later bundle reads it before it is written again, or if the run can end
-    with it in `kept`, the places read after a run. Data-flow equations over the branches between
-    regions.
+    with it in `kept`, the places read after a run. Data-flow equations over the branches and loops
+    between regions.
     """
     regions = program.regions
+    loops = region_loops(program)
     label = {name: i for i, region in enumerate(regions) for name in region.labels}
     following: list[set[int]] = []
     reads: list[set[Place]] = []
     writes: list[set[Place]] = []
     for i, region in enumerate(regions):
         follow = set() if region.halt or i + 1 == len(regions) else {i + 1}
+        follow.update(loop.first for loop in loops if loop.last == i)
         read: set[Place] = set()
         written: set[Place] = set()
         for bundle in region.bundles or []:

@@ -25,6 +25,7 @@ from pathlib import Path
 from asip_asm.ir import Bundle, Operation, Output, Register, Virtual
 from asip_asm.isa import ISA_FILE, default_isa
 from asip_asm.isa_records import Configuration, UnitRecord
+from asip_asm.loops import Loop, loops_of
 from asip_asm.project import ROOT
 
 _PIPELINE = default_isa().pipeline
@@ -126,8 +127,8 @@ class Machine:
         return Bundle([operations.get(slot) for slot in range(len(self.slots))], halt)
 
     def issue_cycles(self, bundles: Sequence[Bundle]) -> list[Issue]:
-        """Issue cycle and stalls of each bundle of a straight-line program (branches are not
-        taken).
+        """Issue cycle and stalls of each bundle, issued one after the other (branches are not
+        taken, bodies of loops run once).
 
         Exact model of the interlocks, started on an idle core. Works before and after register
         allocation.
@@ -158,22 +159,28 @@ class Machine:
         }
 
     def run_cycles(self, bundles: Sequence[Bundle]) -> int:
-        """Cycles of a straight-line run: first issue to last write done, and `RUN_OVERHEAD`."""
-        return self.drain_cycle(bundles) + RUN_OVERHEAD
+        """Cycles of a run without branches: first issue to last write done, and `RUN_OVERHEAD`."""
+        run = _Run(self, bundles, loops_of(bundles))
+        run.bundles_of(0, len(bundles) - 1)
+        return run.end + RUN_OVERHEAD
 
     def drain_cycle(self, bundles: Sequence[Bundle]) -> int:
-        """First cycle without a pending write: max(issue + latency + 1) over the operations.
+        """First cycle without a pending write: max(issue + latency + 1) over the operations; bodies
+        of loops run once.
 
         A bundle without a write, a store's among them, occupies the pipeline like latency 1.
         """
         return max(
             (
-                issue.cycle + latency + 1
+                issue.cycle + self._occupied(bundle)
                 for bundle, issue in zip(bundles, self.issue_cycles(bundles), strict=True)
-                for latency in [1, *(self.latency(op) for op in bundle.operations if op.dst)]
             ),
             default=0,
         )
+
+    def _occupied(self, bundle: Bundle) -> int:
+        """Cycles from the issue of a bundle until it has written all."""
+        return 1 + max([1, *(self.latency(op) for op in bundle.operations if op.dst)])
 
 
 @dataclass
@@ -209,6 +216,69 @@ class Interlocks:
                 self.ready[op.dst] = cycle + unit.ranks + 1
             if self.machine.writes_port(op):
                 self.port.add(cycle + unit.ranks)
+
+    def pending(self, cycle: int) -> frozenset[tuple[object, int]]:
+        """What a bundle may have to wait for from `cycle` on, by how long."""
+        waits = (*self.ready.items(), *self.unit_free.items(), *((c, c + 1) for c in self.port))
+        relative = ((what, until - cycle) for what, until in waits if until > cycle)
+        return frozenset((0 if isinstance(what, int) else what, left) for what, left in relative)
+
+
+@dataclass
+class _Run:
+    """A run of bundles with loops: rounds that repeat what was seen before are not simulated.
+
+    `cycle` is that of the next bundle, `written` the end of the last write; both happen `skipped`
+    cycles later.
+    """
+
+    machine: Machine
+    bundles: Sequence[Bundle]
+    loops: Sequence[Loop]
+    cycle: int = 0
+    written: int = 0
+    skipped: int = 0
+
+    def __post_init__(self) -> None:
+        self.interlocks = Interlocks(self.machine)
+        self.at = {loop.first: loop for loop in self.loops}
+
+    @property
+    def end(self) -> int:
+        """First cycle without a pending write."""
+        return self.written + self.skipped
+
+    def bundles_of(self, first: int, last: int) -> None:
+        """Issue the bundles from `first` to `last`, bodies of loops among them as often as said."""
+        i = first
+        while i <= last:
+            bundle = self.bundles[i]
+            while self.interlocks.cause(bundle.operations, self.cycle):
+                self.cycle += 1
+            self.interlocks.issue(bundle.operations, self.cycle)
+            self.written = max(self.written, self.cycle + self.machine._occupied(bundle))
+            self.cycle += 1
+            i += 1
+            if (loop := self.at.get(i)) is not None:
+                self._rounds(loop)
+                i = loop.last + 1
+
+    def _rounds(self, loop: Loop) -> None:
+        seen: dict[object, tuple[int, int]] = {}
+        done = 0
+        while done < loop.rounds:
+            state = self.interlocks.pending(self.cycle), max(0, self.written - self.cycle)
+            if state in seen:
+                before, cycle = seen.pop(state)
+                times = (loop.rounds - done) // (done - before)
+                self.skipped += times * (self.cycle + self.skipped - cycle)
+                done += times * (done - before)
+                seen = {}
+                if done == loop.rounds:
+                    return
+            seen[state] = done, self.cycle + self.skipped
+            self.bundles_of(loop.first, loop.last)
+            done += 1
 
 
 def sources(operation: Operation) -> list[Register | Virtual]:

@@ -23,6 +23,7 @@ from asip_asm.ir import (
     register_name,
 )
 from asip_asm.isa import STREAM_PINS, Configuration, Isa
+from asip_asm.loops import immediate
 from asip_asm.source import (
     NOUNS,
     Declaration,
@@ -107,13 +108,14 @@ class Operands:
                     f"configuration '{self.configuration.name}' holds {room}",
                     "put blocks into the other stream, or constants into data memory"
                     if room
-                    else self._core_with_streams(),
+                    else self._core_with("streams"),
                 )
                 return
 
-    def _core_with_streams(self) -> str:
-        names = [c.name for c in self.isa.configurations.values() if c.stream_words]
-        return f"streams are in .config {' or '.join(names)}"
+    def _core_with(self, what: str) -> str:
+        builds = self.isa.configurations.values()
+        names = [c.name for c in builds if (c.loops if what == "loops" else c.stream_words)]
+        return f"{what} are in .config {' or '.join(names)}"
 
     def _declare_state(self, declaration: Declaration, owners: dict[Register, str]) -> None:
         pin = declaration.pin
@@ -169,8 +171,11 @@ class Operands:
                 elif kind == "target":
                     self._target(operation, operand)
                 elif kind == "stream":
-                    self._check_core(operand)
+                    self._check_core(operand, "streams", self.configuration.stream_words)
                     operation.imm = int(operand.value)
+                elif kind == "count":
+                    self._check_core(operand, "loops", self.configuration.loops)
+                    operation.imm = immediate(0, int(operand.value))
                 elif kind == "address":
                     operation.imm = int(operand.value)
                     if operand.index is not None:
@@ -291,13 +296,13 @@ class Operands:
             )
         step.reads[kind] = name
 
-    def _check_core(self, operand: Operand) -> None:
-        """Raises SourceError unless the configuration has streams."""
-        if not self.configuration.stream_words:
+    def _check_core(self, operand: Operand, what: str, there: int) -> None:
+        """Raises SourceError unless the configuration has streams, or loops."""
+        if not there:
             raise SourceError(
                 operand.place,
-                f"configuration '{self.configuration.name}' has no streams",
-                self._core_with_streams(),
+                f"configuration '{self.configuration.name}' has no {what}",
+                self._core_with(what),
             )
 
     def _stream_word(self, step: Step, kind: str, operand: Operand) -> None:
@@ -319,7 +324,7 @@ class Operands:
                 closest(name, [d.name for d in self.source.of_kind("stream")])
                 or "declare it above: .stream name, pin A = words; a sum is written in parentheses",
             )
-        self._check_core(operand)
+        self._check_core(operand, "streams", self.configuration.stream_words)
         if self.isa.units[record.unit].bank != "pipe":
             raise SourceError(
                 operand.place,

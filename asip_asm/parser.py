@@ -9,7 +9,7 @@ from pathlib import Path
 from asip_asm.diagnostics import Line, Place, Reporter, SourceError, closest, counted, shortened
 from asip_asm.directives import Directives
 from asip_asm.ir import SourceLine
-from asip_asm.isa import IMMEDIATE_WIDTH, STREAM_BITS, STREAM_PINS, Isa, OperationRecord
+from asip_asm.isa import IMMEDIATE_WIDTH, LOOP_BITS, STREAM_BITS, STREAM_PINS, Isa, OperationRecord
 from asip_asm.lexer import Cursor, Token, equation
 from asip_asm.limits import BUNDLE_LINES
 from asip_asm.reader import READER_DIRECTIVES, Reader, display_path
@@ -32,9 +32,13 @@ OTHER_NAMES = {
     **dict.fromkeys(("move", "copy"), "mov"),
     **dict.fromkeys(("jump", "goto", "b"), "jmp"),
     **dict.fromkeys(("end", "ret", "stop", "return", "exit"), "halt"),
+    **dict.fromkeys(("repeat", "rept", "for", "do"), "loop"),
+    **dict.fromkeys(("endrepeat", "endr", "endfor", "next"), "endloop"),
     **dict.fromkeys(("mac", "fma", "fmac"), "fmadd"),
 }
 """What other assemblers call the operations."""
+ALONE = ("halt", "endloop")
+"""Statements that are no operations."""
 
 
 class Parser:
@@ -64,7 +68,7 @@ class Parser:
         self.reader = Reader(
             reporter,
             self.directives.evaluator.expression,
-            lambda name: is_reserved(name) or name == "halt" or name in isa.operations,
+            lambda name: is_reserved(name) or name in ALONE or name in isa.operations,
             self._failed,
             include_path,
             params,
@@ -124,9 +128,9 @@ class Parser:
                 self.directives.table[token.text](cursor)
             elif cursor.at("{"):
                 statement = self._bundle(cursor)
-            elif token.kind == "name" and token.text == "halt":
+            elif token.kind == "name" and token.text in ALONE:
                 cursor.take()
-                statement = Statement("halt", token.place)
+                statement = Statement(token.text, token.place)
             else:
                 operation = self._operation(cursor)
                 statement = Statement("operation", token.place, operations=[operation])
@@ -178,13 +182,17 @@ class Parser:
                 token.place,
                 f"more than {self.most_operations} operations: program memory holds "
                 f"{self.isa.program_bundles} bundles",
-                "shorten the program, or repeat parts of it with a branch",
+                "shorten the program, or repeat parts of it with a branch or a loop",
             )
         record = self.isa.operations.get(token.text)
         if record is None:
-            if token.text == "halt":
+            if token.text in ALONE:
                 raise SourceError(
-                    token.place, "'halt' is no operation of a bundle", "write it after the '}'"
+                    token.place,
+                    f"'{token.text}' is no operation of a bundle",
+                    "write it after the '}'"
+                    if token.text == "halt"
+                    else "write it in its own line",
                 )
             raise SourceError(
                 token.place, f"unknown operation '{shortened(token.text)}'", self._meant(cursor)
@@ -223,7 +231,7 @@ class Parser:
     def _meant(self, cursor: Cursor) -> str:
         """What an unknown operation, behind which the cursor stands, may have been meant to be."""
         name = cursor.tokens[cursor.position - 1].text
-        known = [*self.isa.operations, "halt", *self.reader.macros]
+        known = [*self.isa.operations, *ALONE, *self.reader.macros]
         lower = name.lower()
         if lower in known:
             return f"operations are written in lower case: {lower}"
@@ -245,6 +253,15 @@ class Parser:
         token = cursor.token
         if kind == "address":
             return self._address_operand(cursor)
+        if kind == "count":
+            rounds = self.directives.evaluator.expression(cursor)
+            if not rounds.is_integer() or not 1 <= rounds <= 1 << LOOP_BITS:
+                raise SourceError(
+                    span(token, cursor),
+                    f"a loop of {rounds:g} rounds",
+                    f"the number of rounds is an integer constant, 1..{1 << LOOP_BITS}",
+                )
+            return Operand("count", span(token, cursor), value=rounds)
         if kind == "stream":
             pin, address, block = self.directives.stream_place(cursor)
             value = float(STREAM_PINS.index(pin) << STREAM_BITS | address)

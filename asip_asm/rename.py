@@ -116,7 +116,7 @@ class _Renamer:
                 )
 
     def _region(self, block: Block) -> Region:
-        region = Region(labels=block.labels, halt=block.halt)
+        region = Region(labels=block.labels, halt=block.halt, ends=block.ends)
         if not block.braces:
             region.operations = [step.operation for step in block.steps()]
             return region

@@ -54,7 +54,8 @@ class Section:
 
 @dataclass(frozen=True)
 class Report:
-    """Figures of an allocated program; without branches there is one section, else one per region.
+    """Figures of an allocated program; without branches and loops there is one section, else one
+    per region.
 
     `registers` gives by bank the largest number of registers in use at once and the bank's size.
     """
@@ -96,7 +97,7 @@ def report_program(program: Program, machine: Machine) -> Report:
         (" ".join(region.labels) or f"region {i}", region.bundles or [])
         for i, region in enumerate(program.regions)
     ]
-    if not any(op.mnemonic in BRANCHES for _, _, op in program.placed()):
+    if not any(op.mnemonic in (*BRANCHES, "loop") for _, _, op in program.placed()):
         parts = [("whole program", program.bundles)]
     return Report(
         title=program.title,

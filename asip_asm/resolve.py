@@ -33,10 +33,10 @@ def resolve(
     program = Program(title=source.title, configuration=chosen.name, files=source.files)
     operands = Operands(source, isa, reporter, chosen, program)
     operands.declare()
-    blocks = build_blocks(source, operands.step, reporter)
+    blocks, loops = build_blocks(source, operands.step, chosen.loops, reporter)
     if blocks:
-        check_flow(source, program, blocks, operands, reporter)
-        check_streams(source, blocks, reporter)
+        check_flow(source, program, blocks, loops, operands, reporter)
+        check_streams(source, blocks, loops, reporter)
         rename(program, blocks, operands, reporter)
     program.parameters = [
         constant.name

@@ -30,7 +30,7 @@ class ScheduleError(ValueError):
 class SizeError(ValueError):
     """The program cannot fit program memory, however it is scheduled; `help` is the cure."""
 
-    help = "shorten the program, or repeat parts of it with a branch"
+    help = "shorten the program, or repeat parts of it with a branch or a loop"
 
 
 def schedule_program(

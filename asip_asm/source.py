@@ -49,8 +49,8 @@ class Declaration:
 @dataclass(frozen=True)
 class Operand:
     """Operand as written: kind 'name', 'value', 'stream' (its next word), 'place' (where a seek
-    goes: the immediate) or 'address' (value + index register name). Text is the name, or the block
-    of data memory or of a stream that an expression names.
+    goes: the immediate), 'count' (rounds of a loop) or 'address' (value + index register name).
+    Text is the name, or the block of data memory or of a stream that an expression names.
     """
 
     kind: str
@@ -79,7 +79,7 @@ class RawOperation:
 
 @dataclass(eq=False)
 class Statement:
-    """One step of the program text: label, linear operation, bundle in braces, or halt."""
+    """One step of the program text: label, linear operation, bundle in braces, endloop or halt."""
 
     kind: str
     place: Place

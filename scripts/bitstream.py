@@ -30,6 +30,7 @@ from scripts.synth_unit import (
     units_kept,
 )
 from sim.report.provenance import commit
+from sim.rtl.figures import rtl_mark
 from sim.rtl.sources import sources_of
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -168,6 +169,7 @@ def build(board: Board, seeds: Sequence[int], console: Console) -> dict[str, Any
         used = report["utilization"]
         result = {
             "commit": (folder / "made_at").read_text(),
+            "rtl": rtl_mark(board.module),
             "board": asdict(board),
             "met": met,
             "seed": seed,

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -12,7 +11,6 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from asip_asm.files import write_text
 from asip_asm.project import BUILD, ROOT
 from scripts.motion_size import area, speed
 from sim.bus import ethercrab_master
@@ -22,6 +20,7 @@ from sim.bus.device_run import CYCLE_CLOCKS
 from sim.bus.line import Line, library
 from sim.bus.measure import CLOCK_PS, forwarding, keeps_cycle
 from sim.bus.tap import in_namespace
+from sim.core.fpbench import campaign
 from sim.report.goals import Goal, at_least, at_most, depth, not_measured
 from sim.robot.parameters import Robot
 from sim.rtl.sources import sources_of
@@ -94,15 +93,12 @@ def mark(top: str, files: Sequence[str], *choices: object) -> str:
 
     Raises FileNotFoundError for a pattern without a file.
     """
-    digest = hashlib.sha256(repr(choices).encode())
     paths = list(sources_of(top))
     for name in files:
         if not (found := sorted(ROOT.glob(name))):
             raise FileNotFoundError(f"{name}: no such file; mend the marks of scripts/bus_rows.py")
         paths += found
-    for path in paths:
-        digest.update(path.relative_to(ROOT).as_posix().encode() + path.read_bytes())
-    return digest.hexdigest()
+    return campaign.mark_of(paths, *choices)
 
 
 def rtl_of(top: str) -> list[str]:
@@ -117,16 +113,7 @@ def versions(*packages: str) -> list[str]:
 
 def kept(name: str, of: str, work: Callable[[], Any]) -> Any:
     """What `work` gave for the mark `of`, in an earlier run or now."""
-    file = KEPT / f"{name}.json"
-    if file.exists():
-        stored = json.loads(file.read_text(encoding="utf-8"))
-        if stored["mark"] == of:
-            return stored["result"]
-    result = work()
-    KEPT.mkdir(parents=True, exist_ok=True)
-    text = json.dumps({"mark": of, "result": result}, indent=2) + "\n"
-    write_text(file, text)
-    return result
+    return campaign.kept(KEPT / f"{name}-{of}.json", lambda: {"result": work()})["result"]
 
 
 def run(module: str, options: Sequence[str]) -> dict[str, Any]:

@@ -6,7 +6,7 @@
 #        scripts/debian_tool.sh NAME --have       exit status 0 if it is there
 # NAME: chromium (looks at the result pages), tclsh (runs the scripts of Quartus),
 #       fst (headers with which Verilator writes waves), iverilog (parses plain Verilog),
-#       tshark (decodes captures of the bus), dejagnu (runs the tests of GCC and GDB),
+#       linuxcnc (drives the simulated machine; with headers and halcompile), tshark (decodes captures of the bus), dejagnu (runs the tests of GCC and GDB),
 #       verilator (Debian's own version lints the file lists)
 set -eu
 
@@ -16,12 +16,13 @@ case $name in
   tclsh) packages=tcl without="the tests of the scripts of Quartus and Platform Designer are skipped" ;;
   iverilog) packages=iverilog without="the test of the plain Verilog by Icarus is skipped" ;;
   verilator) packages=verilator without="the file lists are not linted by Debian's Verilator" ;;
+  linuxcnc) packages="linuxcnc-uspace linuxcnc-uspace-dev" without="the tests in which LinuxCNC drives the machine are skipped" ;;
   tshark) packages=tshark without="the test of the captures of the bus is skipped" ;;
   dejagnu) packages=dejagnu without="the tests of GCC and GDB are skipped" ;;
   fst) packages="liblz4-dev zlib1g-dev" without="WAVES=1 cannot build, its tests are skipped" ;;
   *)
     echo "error: unknown tool '$name'" >&2
-    echo "help:  scripts/debian_tool.sh chromium|dejagnu|tclsh|fst|iverilog|tshark|verilator [--for-tests | --have]" >&2
+    echo "help:  scripts/debian_tool.sh chromium|dejagnu|tclsh|fst|iverilog|linuxcnc|tshark|verilator [--for-tests | --have]" >&2
     exit 2
     ;;
 esac
@@ -30,6 +31,7 @@ installed() {
   case $name in
     fst) printf '#include <lz4.h>\n#include <zlib.h>\n' | ${CXX:-g++} -E -x c++ - >/dev/null 2>&1 ;;
     verilator) [ -x /usr/bin/verilator ] ;; # PATH has the one of the environment
+    linuxcnc) command -v linuxcnc >/dev/null 2>&1 && command -v halcompile >/dev/null 2>&1 ;;
     dejagnu) command -v runtest >/dev/null 2>&1 ;;
     *) command -v "$name" >/dev/null 2>&1 ;;
   esac
@@ -47,7 +49,7 @@ case ${2:-} in
     ;;
   *)
     echo "error: unknown argument '$2'" >&2
-    echo "help:  scripts/debian_tool.sh chromium|dejagnu|tclsh|fst|iverilog|tshark|verilator [--for-tests | --have]" >&2
+    echo "help:  scripts/debian_tool.sh chromium|dejagnu|tclsh|fst|iverilog|linuxcnc|tshark|verilator [--for-tests | --have]" >&2
     exit 2
     ;;
 esac

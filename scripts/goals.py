@@ -67,8 +67,9 @@ AREAS: dict[str, Area] = {
         },
     ),
     "linuxcnc": Area(
-        "G-code reader against LinuxCNC's interpreter; PROGRAMS=FOLDER adds public programs.",
+        "LinuxCNC drives the machine; G-code reader against it; PROGRAMS=FOLDER adds programs.",
         {
+            "machine": "scripts.linuxcnc_rows:rows",
             "samples": "sim.bench.motion.goals_linuxcnc:samples",
             "programs": "sim.bench.motion.goals_linuxcnc:programs",
         },

@@ -83,7 +83,13 @@ TOPS = (
     Top(
         "asip",
         (ASIP,),
-        ("", "FmaPipes=1 Slots=1", "StreamWords=8192", "Resilience=1", "Resilience=1 Plausible=0"),
+        (
+            "",
+            "FmaPipes=1 Slots=1",
+            "StreamWords=8192 Loops=3",
+            "Resilience=1",
+            "Resilience=1 Plausible=0",
+        ),
     ),
     Top("asip_de3", (ASIP, "rtl/board/board_pll.sv", "rtl/board/asip_de3.sv")),
     Top("asip_ecp5", needed("asip_ecp5"), ("", "FmaPipes=2 Slots=3 Axes=1")),

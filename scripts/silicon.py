@@ -8,12 +8,11 @@ missed: what was never measured is neither met nor missed.
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -145,27 +144,11 @@ def at_work(full: bool) -> Iterator[Goal]:
             yield not_measured(name, "0", "", FULL)
 
 
-@dataclass(frozen=True)
-class Comparison:
-    """A comparison whose outcome is stored as a campaign stores a task's."""
-
-    key: str
-
-    @property
-    def path(self) -> Path:
-        """Where its outcome belongs."""
-        return OUTCOMES / f"{self.key}.json"
-
-
 @cache
 def mark(places: tuple[Path, ...] = COMPARED) -> str:
     """Changes with the files and folders that a comparison compares, runs or is made with."""
-    digest = hashlib.sha256(os.environ.get("SEED", "").encode())
     files = [path for place in places for path in (place, *place.rglob("*"))]
-    for path in sorted([*files, *ROOT.glob("requirements*.lock")]):
-        if path.is_file() and path.suffix != ".pyc":
-            digest.update(f"{path.relative_to(ROOT)}".encode() + path.read_bytes())
-    return digest.hexdigest()[:16]
+    return campaign.mark_of([*files, *ROOT.glob("requirements*.lock")], os.environ.get("SEED", ""))
 
 
 def kept(key: str, compare: Callable[[], Outcome], places: tuple[Path, ...] = COMPARED) -> Outcome:
@@ -173,11 +156,8 @@ def kept(key: str, compare: Callable[[], Outcome], places: tuple[Path, ...] = CO
 
     Raises NetlistError.
     """
-    comparison = Comparison(f"{key}-{mark(places)}")
-    found = campaign.finished(comparison)
-    if found is None:
-        found = asdict(compare())
-        campaign.store(comparison, found)
+    file = OUTCOMES / f"{key}-{mark(places)}.json"
+    found = campaign.kept(file, lambda: asdict(compare()))
     return Outcome(found["first"], found["bits"], tuple(found["still"]))
 
 

@@ -8,7 +8,6 @@ not changed since its last result is not run again, so an interrupted campaign g
 
 from __future__ import annotations
 
-import hashlib
 import json
 import sys
 import time
@@ -22,8 +21,10 @@ from asip_asm.command import command, script_parser
 from asip_asm.files import write_text
 from scripts.synth_unit import OUTPUT, ROOT, SynthesisError, synthesise
 from sim.bench.run.tables import resource_table
+from sim.core.fpbench.campaign import kept, mark_of
 from sim.report.provenance import commit
 from sim.robot.published import Published
+from sim.rtl.figures import rtl_mark
 from sim.rtl.sources import sources_of
 
 RESULT = ROOT / "build/synth.json"
@@ -54,7 +55,7 @@ TOPS = (
     *(Top(unit, unit) for unit in UNITS),
     Top("asip_fast", "asip", {"FmaPipes": 2, "Slots": 3}),
     Top("asip_small", "asip", {"FmaPipes": 1, "Slots": 1}),
-    Top("asip_stream", "asip", {"FmaPipes": 2, "Slots": 3, "StreamWords": 8192}),
+    Top("asip_stream", "asip", {"FmaPipes": 2, "Slots": 3, "StreamWords": 8192, "Loops": 3}),
     *(Top(unit, unit) for unit in ("n2_core", *CUSTOM)),
     *(Top(f"fpga{n}", "n2_system", {"Platform": n}, {"n2_tcm": TCM_BITS}) for n in (1, 2)),
 )
@@ -62,31 +63,19 @@ TOPS = (
 
 def fingerprint(top: Top, seeds: tuple[int, ...]) -> str:
     """Hash of everything that a result depends on."""
-    digest = hashlib.sha256(repr((top, seeds)).encode())
-    for path in (
-        *sources_of(top.module),
-        Path(__file__),
-        Path(__file__).with_name("synth_unit.py"),
-    ):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()
+    own = (Path(__file__), Path(__file__).with_name("synth_unit.py"))
+    return mark_of([*sources_of(top.module), *own], top, seeds)
 
 
 def run(top: Top, seeds: tuple[int, ...], console: Console, jobs: int = 1) -> dict:
     """Result of one top, from the last run if nothing changed."""
-    mark = fingerprint(top, seeds)
-    kept = OUTPUT / f"{top.name}.json"
-    if kept.is_file():
-        result = json.loads(kept.read_text(encoding="utf-8"))
-        if result.get("fingerprint") == mark:
-            console.print(f"  {top.name}: unchanged")
-            return result
-    begin = time.monotonic()
     console.print(f"  {top.name}: Yosys, nextpnr with seeds {', '.join(map(str, seeds))} ...")
-    files = sources_of(top.module)
-    result = synthesise(top.module, files, seeds, top.parameters, top.name, jobs, top.memories)
-    result["fingerprint"] = mark
-    write_text(kept, json.dumps(result, indent=2) + "\n")
+    begin, files = time.monotonic(), sources_of(top.module)
+
+    def measure() -> dict:
+        return synthesise(top.module, files, seeds, top.parameters, top.name, jobs, top.memories)
+
+    result = kept(OUTPUT / f"{top.name}-{fingerprint(top, seeds)}.json", measure)
     console.print(f"  {top.name}: {time.monotonic() - begin:.0f} s")
     return result
 
@@ -136,7 +125,8 @@ def main(argv: list[str] | None = None) -> int:
         except SynthesisError as error:
             console.print(f"error: {error}", markup=False)
             return 1
-        tops[top.name] = figures(result) | {"commit": commit()}
+        mark = rtl_mark(top.name, result["modules"])
+        tops[top.name] = figures(result) | {"commit": commit(), "rtl": mark}
         data |= {
             "measured": "area: Yosys synth_intel_alm, Cyclone V; speed: nextpnr, ECP5-85 grade 8",
             "inferred": "Stratix III has the same ALM with two registers and is a faster fabric "

@@ -10,7 +10,6 @@ area and Fmax with a hash of the sources, so that figures of an earlier version 
 
 from __future__ import annotations
 
-import hashlib
 import json
 import re
 import sys
@@ -26,6 +25,7 @@ from asip_asm.project import ROOT
 from scripts.generated import keep_page, table
 from scripts.synth_unit import SynthesisError, synthesise
 from sim.core.fpbench.native import angle_bound, operations
+from sim.rtl.figures import rtl_mark
 from sim.rtl.sources import sources_of
 
 RTL = ROOT / "rtl/fpu"
@@ -155,16 +155,6 @@ def error_bound(unit: str, rtl: Path = RTL) -> str:
     return "correctly rounded (half an ulp)"
 
 
-def source_mark(unit: str, rtl: Path = RTL) -> str:
-    """Hash of what decides the unit's netlist: its sources without comments and latencies."""
-    digest = hashlib.sha256()
-    for path in sources_of(unit, (rtl,)):
-        text = re.sub(r"//[^\n]*", "", path.read_text(encoding="utf-8"))
-        text = re.sub(r"[^\n]*_LATENCY\s*=[^\n]*\n", "", text)  # stated there, used nowhere
-        digest.update(" ".join(text.split()).encode())
-    return digest.hexdigest()[:16]
-
-
 def overview() -> list[str]:
     """Table of the units."""
     rows = [
@@ -195,7 +185,7 @@ def measured(data: dict) -> list[str]:
                 *(str(entry[name]) for name in ("alut", "ff", "mul18", "memory_bits")),
                 ", ".join(f"{mhz:g}" for mhz in speeds.values()),
                 ", ".join(speeds),
-                "present" if entry["sources"] == source_mark(unit) else "an earlier version",
+                "present" if entry["sources"] == rtl_mark(unit) else "an earlier version",
             ]
         )
     head = ["unit", "ALUTs", "registers", "18x18", "memory bits", "MHz", "seeds", "sources"]
@@ -302,7 +292,7 @@ def measure(names: Sequence[str], seeds: Sequence[int], path: Path = DATA) -> No
         result = synthesise(name, sources_of(name, (RTL,)), seeds)
         entry = {key: result["alm"][key] for key in ("alut", "ff", "mul18", "memory_bits")}
         data[name] = {
-            "sources": source_mark(name),
+            "sources": rtl_mark(name),
             "command": f"{COMMAND} --measure {name} --seeds {' '.join(map(str, seeds))}",
             **entry,
             "fmax_mhz": result["ecp5"]["fmax_mhz"],

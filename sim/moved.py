@@ -101,10 +101,15 @@ class Loader(InspectLoader):
         return self._spec.submodule_search_locations is not None
 
     def get_code(self, fullname: str) -> CodeType | None:
-        return self._spec.loader.get_code(self._spec.name)
+        return self._inspected().get_code(self._spec.name)
 
     def get_source(self, fullname: str) -> str | None:
-        return self._spec.loader.get_source(self._spec.name)
+        return self._inspected().get_source(self._spec.name)
+
+    def _inspected(self) -> InspectLoader:
+        if not isinstance(self._spec.loader, InspectLoader):
+            raise ImportError(f"{self._spec.name} has no source")
+        return self._spec.loader
 
 
 class Finder(MetaPathFinder):

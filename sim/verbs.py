@@ -102,6 +102,10 @@ GROUPS: dict[str, dict[str, Verb]] = {
         "planner": Verb("plan one move with limited jerk", "sim.motion.planner.__main__:main"),
         "lookahead": Verb("plan a program across its moves", "sim.motion.lookahead.__main__:main"),
         "rs274": Verb("compare G-code with LinuxCNC", "sim.motion.gcode.oracle:main"),
+        "linuxcnc": Verb(
+            "drive the simulated machine from LinuxCNC, over EtherCAT",
+            "sim.bus.linuxcnc.__main__:main",
+        ),
         "robots": Verb(
             "compile, prove and run every robot shown", "sim.bench.shown_robots.__main__:main"
         ),

@@ -54,7 +54,11 @@ REGMAP = RegisterMap(
         RegisterRecord("STALL_FETCH", 13, "r"),
         RegisterRecord("DRAIN", 14, "r"),
         RegisterRecord(
-            "STREAM", 15, "rw", reset=0, fields=bit_fields(page=(0, 8), words_log2=(8, 5))
+            "STREAM",
+            15,
+            "rw",
+            reset=0,
+            fields=bit_fields(page=(0, 8), words_log2=(8, 5), loops=(13, 2)),
         ),
     ),
     faults=by_name(

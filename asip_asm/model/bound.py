@@ -22,6 +22,7 @@ from asip_asm.model.functions import MARKED
 from asip_asm.model.graph import Graph, binary32
 
 Real = NDArray[np.float64]
+Inputs = Mapping[str, NDArray[np.number]]
 UNIT = 2.0**-24
 """Largest relative error of a rounding to nearest."""
 TINY = 2.0**-150
@@ -44,7 +45,7 @@ class Step:
     error: Real
 
 
-def bounds(graph: Graph, values: Mapping[str, Real]) -> tuple[dict[str, Real], dict[str, Real]]:
+def bounds(graph: Graph, values: Inputs) -> tuple[dict[str, Real], dict[str, Real]]:
     """Values in double precision and error bounds of all outputs and next states, arrays (N,).
 
     values: inputs, states and parameters by name, exactly what the program gets.
@@ -82,7 +83,7 @@ def _arguments(graph: Graph, i: int) -> tuple[int, ...]:
     return graph.functions[i][1] if i in graph.functions else graph.nodes[i].args
 
 
-def _step(graph: Graph, i: int, values: Mapping[str, Real], steps: Mapping[int, Step]) -> Step:
+def _step(graph: Graph, i: int, values: Inputs, steps: Mapping[int, Step]) -> Step:
     node = graph.nodes[i]
     size = len(next(iter(values.values())))
     zero = np.zeros(size)

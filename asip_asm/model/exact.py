@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from asip_asm.model.graph import Graph, Node, binary32
 
-Array = NDArray[np.float32] | NDArray[np.int32] | NDArray[np.uint32]
+Array = NDArray[np.float32 | np.int32 | np.uint32]
 Sine = Callable[[NDArray[np.float32], bool], NDArray[np.float32]]
 """Sine, or with True cosine, of an array."""
 INT32 = (-(1 << 31), (1 << 31) - 1)

@@ -81,6 +81,13 @@ class Law:
     def port(self, name: str) -> Port:
         return next(port for port in self.ports if port.name == name)
 
+    @property
+    def in_casadi(self) -> ca.Function:
+        """The function of a law that was made in Python. Raises ModelError for a file's."""
+        if not isinstance(self.function, ca.Function):
+            raise ModelError(f"{self.title}: the function of a file is not evaluated here")
+        return self.function
+
     @functools.cached_property
     def scalars(self) -> Scalars:
         """The function in scalar instructions. Raises ModelError."""

@@ -14,6 +14,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import casadi as ca
 import msgspec
@@ -40,7 +41,7 @@ class OnnxPolicy:
     scalars: Scalars
 
     def use(
-        self, work: Callable[[object], bytes], seconds: int = SECONDS, memory: int = BYTES
+        self, work: Callable[[Any], bytes], seconds: int = SECONDS, memory: int = BYTES
     ) -> bytes:
         """Answer of `work` on the `onnx.ModelProto`, in a confined child. Raises ModelError."""
         return _use(self.path, self.content, work, seconds, memory)

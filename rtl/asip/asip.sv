@@ -2,7 +2,8 @@
 // asip: the floating-point ASIP with its Avalon-MM host port. Top level.
 // Contract: one clock, asynchronous active-low reset. FmaPipes = 2, Slots = 3 is configuration `fast`,
 // FmaPipes = 1, Slots = 1 is `small`. StreamWords other than 0 makes a constant memory of that size for each
-// multiply-add pipe of `fast`, whose words are operands (configuration `stream`). Pipeline: F1 F2 fetch, P Q hazards, D issue, R1 R2 register
+// multiply-add pipe of `fast`, whose words are operands; Loops other
+// than 0 makes as many levels of loops (configuration `stream`). Pipeline: F1 F2 fetch, P Q hazards, D issue, R1 R2 register
 // read, E1.. units, W write-back; see docs/architecture.md. The trace ports report every bundle issued and
 // every register or output written; leave them open in hardware.
 module asip #(
@@ -13,7 +14,8 @@ module asip #(
     parameter int unsigned Debug     = 0,  // 1: the hooks of a debug block (rtl/debug) are there
     parameter int unsigned Resilience = 0,  // 1: survives a flipped bit (docs/upsets.md); `fast` only
     parameter int unsigned Plausible  = 1,   // 1: with Resilience, a plausibility record of outputs
-    parameter int unsigned StreamWords = 0   // of the stream of each multiply-add pipe; 0: none
+    parameter int unsigned StreamWords = 0,  // of the stream of each multiply-add pipe; 0: none
+    parameter int unsigned Loops       = 0   // levels of loops
 ) (
     input  logic                                      clk_i,
     input  logic                                      rst_ni,
@@ -40,7 +42,7 @@ module asip #(
   localparam int unsigned WordWidth = asip_isa_pkg::OP_WIDTH;
   localparam int unsigned ControlWidth = asip_isa_pkg::CONTROL_WIDTH;
   localparam int unsigned BundleWidth = Slots * WordWidth + ControlWidth;
-  localparam int unsigned DecodedWidth = Slots * OpWidth + 2;  // {reserved, halt, operations}
+  localparam int unsigned DecodedWidth = Slots * OpWidth + 2 + Loops;  // {ends of loops, reserved, halt, operations}
   localparam int unsigned Ports = 3 * Slots;
   localparam int unsigned LaneBits = 2;  // addresses of a bundle in program memory: four
 
@@ -55,6 +57,8 @@ module asip #(
   logic [15:0] pc_d;
   logic run, run_next, branch_wait, stall_operand, stall_unit, issue_busy;
   logic [Ports-1:0][8:0] source_d;
+  logic valid_f2, turn;
+  logic [15:0] pc_f2, turn_pc;
   // ---- stages R1, R2 and E1
   logic valid_r1_q, valid_r2_q, valid_e1_q;
   logic branch_e1, branch_taken, redirect_q;
@@ -105,7 +109,8 @@ module asip #(
       asip_decode #(
           .CanFma(s < FmaPipes),
           .CanAux(s == Slots - 1),
-          .CanSeek(StreamWords != 0)
+          .CanSeek(StreamWords != 0),
+          .CanLoop(Loops != 0)
       ) u_decode (
           .word_i(bundle_f2[WordWidth*s+:WordWidth]),
           .op_o  (op)
@@ -115,7 +120,8 @@ module asip #(
       asip_check #(
           .FmaPipes(FmaPipes),
           .Slot    (s),
-          .Streams (StreamWords != 0)
+          .Streams (StreamWords != 0),
+          .Loops   (Loops)
       ) u_check (
           .op_i     (ops_p[OpWidth*s+:OpWidth]),
           .illegal_o(illegal_op_p[s])
@@ -123,10 +129,10 @@ module asip #(
     end
   endgenerate
 
-  // control[0] is halt, the other control bits are reserved.
+  // control[0] is halt, then come the ends of loops, the other control bits are reserved.
   assign control_f2 = bundle_f2[BundleWidth-1-:ControlWidth];
-  assign decoded_f2 = {
-    |control_f2[ControlWidth-1:1], control_f2[asip_isa_pkg::HALT_BIT], ops_f2
+  assign decoded_f2[Slots*OpWidth+1:0] = {
+    |control_f2[ControlWidth-1:1+Loops], control_f2[asip_isa_pkg::HALT_BIT], ops_f2
   };
 
   asip_fetch #(
@@ -141,6 +147,10 @@ module asip #(
       .redirect_pc_i (guard.sweep ? 16'd0 :
                       refetch ? (hook.open ? hook.pc : entry) : target_q),
       .advance_i     (guard.sweep ? guard.sweep_step : advance),
+      .turn_i        (turn),
+      .turn_pc_i     (turn_pc),
+      .valid_f2_o    (valid_f2),
+      .pc_f2_o       (pc_f2),
       .bundle_f2_o   (bundle_f2),
       .decoded_f2_i  (decoded_f2),
       .decoded_p_o   (decoded_p),
@@ -162,7 +172,7 @@ module asip #(
       .write_data_i  (writedata_i)
   );
 
-  assign {reserved_p, halt_p, ops_p} = decoded_p;
+  assign {reserved_p, halt_p, ops_p} = decoded_p[Slots*OpWidth+1:0];
   assign ops_q = decoded_q[Slots*OpWidth-1:0];
   assign {halt_d, ops_d} = decoded_d[Slots*OpWidth:0];
   assign aux_p = ops_p[OpWidth*(Slots-1)+:OpWidth];
@@ -171,6 +181,45 @@ module asip #(
   // Illegal: an operation, a reserved control bit, a branch in the last bundle.
   assign illegal_p = (|illegal_op_p) || reserved_p ||
                      (halt_p && (aux_p.jump || aux_p.branch_zero || aux_p.branch_nonzero));
+
+  generate
+    if (Loops != 0) begin : gen_loops
+      asip_pkg::decoded_t aux_f2;
+      logic [Loops-1:0] ends_f2;
+
+      assign aux_f2                           = ops_f2[OpWidth*(Slots-1)+:OpWidth];
+      assign ends_f2                          = control_f2[asip_isa_pkg::LOOP_BIT+:Loops];
+      assign decoded_f2[DecodedWidth-1-:Loops] = ends_f2;
+
+      asip_loops #(
+          .Loops(Loops)
+      ) u_loops (
+          .clk_i,
+          .rst_ni,
+          .clear_i   (refetch && !hook.open),
+          .branch_i  (redirect_q),
+          .resume_i  (refetch && hook.open),
+          .advance_i (advance),
+          .valid_f2_i(valid_f2),
+          .pc_f2_i   (pc_f2),
+          .loop_f2_i (aux_f2.loop),
+          .imm_f2_i  (aux_f2.imm),
+          .ends_f2_i (ends_f2),
+          .issue_i   (issue),
+          .pc_d_i    (pc_d),
+          .loop_d_i  (aux_d.loop),
+          .imm_d_i   (aux_d.imm),
+          .ends_d_i  (decoded_d[DecodedWidth-1-:Loops]),
+          .turn_o    (turn),
+          .turn_pc_o (turn_pc)
+      );
+    end else begin : gen_no_loops
+      logic unused_loops;
+      assign turn         = 1'b0;
+      assign turn_pc      = '0;
+      assign unused_loops = ^{valid_f2, pc_f2};
+    end
+  endgenerate
 
   asip_issue #(
       .FmaPipes(FmaPipes),
@@ -463,7 +512,8 @@ module asip #(
       .Debug    (Debug),
       .Resilience(Resilience),
       .Plausible (Plausible),
-      .StreamWords(StreamWords)
+      .StreamWords(StreamWords),
+      .Loops     (Loops)
   ) u_host (
       .clk_i,
       .rst_ni,
@@ -525,6 +575,13 @@ module asip #(
     if (StreamWords != 0 && (Slots == 1 || Resilience != 0)) begin : gen_check_stream_shape
       $error("asip: StreamWords=%0d is for configuration fast without Resilience", StreamWords);
     end
+    if (Loops != 0 && (Loops > asip_isa_pkg::LOOP_LEVELS || Slots == 1 || Resilience != 0)) begin : gen_check_loops
+      $error(
+          "asip: Loops=%0d, must be 0 to %0d, for configuration fast without Resilience",
+          Loops,
+          asip_isa_pkg::LOOP_LEVELS
+      );
+    end
     // verilog_format: off - it breaks calls inside their parentheses
   if (2 ** $clog2(Bundles) != Bundles || Bundles > asip_isa_pkg::PROGRAM_BUNDLES ||
       2 ** $clog2(DataWords) != DataWords || DataWords > asip_isa_pkg::DATA_WORDS) begin : gen_check_size
@@ -566,6 +623,6 @@ module asip #(
   assign trace_data_o  = result;
 
   logic unused_ops;
-  assign unused_ops = ^{ops_e1_q, decoded_q, decoded_d};
+  assign unused_ops = ^{ops_e1_q, decoded_p, decoded_q, decoded_d};
 
 endmodule

@@ -2,15 +2,18 @@
 // asip_check: whether a decoded operation may issue. Combinational.
 // Contract: illegal_o is set for what the decoder found illegal, a bank or index that does not exist, and
 // an output as the destination of a multiply-add; the issue logic never starts an illegal operation.
-// The register of a stream is there in the slot of its pipe alone.
+// The register of a stream is there in the slot of its pipe alone, a loop of a level that the core has.
 module asip_check #(
     parameter int unsigned FmaPipes = 2,
     parameter int unsigned Slot     = 0,
-    parameter bit          Streams  = 1'b0
+    parameter bit          Streams  = 1'b0,
+    parameter int unsigned Loops    = 0
 ) (
     input  asip_pkg::decoded_t op_i,
     output logic               illegal_o
 );
+
+  localparam int unsigned LastLevel = Loops == 0 ? 0 : Loops - 1;
 
   function automatic logic bad_source(input logic [8:0] source);
     case (source[8:6])
@@ -25,7 +28,8 @@ module asip_check #(
 
   // verilog_format: off - it breaks calls inside their parentheses
   assign illegal_o = op_i.illegal || bad_source(op_i.a) || bad_source(op_i.b) ||
-                     bad_source(op_i.c) || (op_i.to_output && (op_i.fma || op_i.dst[5]));
+                     bad_source(op_i.c) || (op_i.to_output && (op_i.fma || op_i.dst[5])) ||
+                     (op_i.loop && 32'(op_i.imm[15:asip_isa_pkg::LOOP_COUNT_WIDTH]) > LastLevel);
   // verilog_format: on
 
   logic unused_op;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_decode: decode one operation word. Combinational.
 // Contract: illegal is set for an unknown opcode and for a unit that this slot does not have; a seek is
-// unknown without streams. asip_check
-// looks at the registers. A source field that an operation does not use is `zero` in every program of
+// unknown without streams, a loop without loops. asip_check looks at registers and levels. A source field that an operation does not use is `zero` in every program of
 // the assembler; another register there is waited for, and one that does not exist is illegal too.
 module asip_decode #(
     parameter bit CanFma = 1'b1,
     parameter bit CanAux = 1'b1,
-    parameter bit CanSeek = 1'b0
+    parameter bit CanSeek = 1'b0,
+    parameter bit CanLoop = 1'b0
 ) (
     input  logic [asip_isa_pkg::OP_WIDTH-1:0] word_i,
     output asip_pkg::decoded_t                op_o
@@ -22,7 +22,7 @@ module asip_decode #(
 
   // The control fields of each opcode are those of its record in asip_asm/isa.toml.
   assign control = asip_pkg::control_of(opcode);
-  assign offered = CanSeek ? control : control & ~asip_pkg::CONTROL_SEEK;
+  assign offered = control & (CanSeek ? '1 : ~asip_pkg::CONTROL_SEEK) & (CanLoop ? '1 : ~asip_pkg::CONTROL_LOOP);
   assign opcode = word_i[asip_isa_pkg::FIELD_OP_MSB:asip_isa_pkg::FIELD_OP_LSB];
   assign dst    = word_i[asip_isa_pkg::FIELD_DST_MSB:asip_isa_pkg::FIELD_DST_LSB];
   assign a      = word_i[asip_isa_pkg::FIELD_A_MSB:asip_isa_pkg::FIELD_A_LSB];
@@ -40,7 +40,7 @@ module asip_decode #(
 
     is_fma    = op.fma;
     is_aux    = (|offered) && !op.fma;
-    immediate = op.load || op.store || op.jump || op.branch_zero || op.branch_nonzero || op.seek;
+    immediate = op.load || op.store || op.jump || op.branch_zero || op.branch_nonzero || op.seek || op.loop;
     op.writes = is_fma || (is_aux && !(immediate && !op.load));
     op.to_output = op.writes && dst[6];
     if (op.load) begin

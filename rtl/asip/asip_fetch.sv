@@ -20,6 +20,11 @@ module asip_fetch #(
     input  logic [15:0]                redirect_pc_i,
     // from issue
     input  logic                       advance_i,
+    // from loops: the bundle after the one at pc_q is this one, not the next
+    input  logic                       turn_i,
+    input  logic [15:0]                turn_pc_i,
+    output logic                       valid_f2_o,
+    output logic [15:0]                pc_f2_o,
     // to and from the decoder, between F2 and P; illegal bundles are found between P and Q
     output logic [BundleWidth-1:0]     bundle_f2_o,
     input  logic [DecodedWidth-1:0]    decoded_f2_i,
@@ -83,7 +88,7 @@ module asip_fetch #(
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) pc_q <= 16'd0;
     else if (redirect_i) pc_q <= redirect_pc_i;
-    else if (advance_i) pc_q <= pc_q + 16'd1;
+    else if (advance_i) pc_q <= turn_i ? turn_pc_i : pc_q + 16'd1;
   end
 
   always_ff @(posedge clk_i) begin
@@ -133,6 +138,8 @@ module asip_fetch #(
   endgenerate
   assign bad_word_p_o = bad_word_p && valid_p_q;
 
+  assign valid_f2_o  = valid_f2_q;
+  assign pc_f2_o     = pc_f2_q;
   assign bundle_f2_o = lanes_f2_q[BundleWidth-1:0];
   assign decoded_p_o = decoded_p_q;
   assign valid_q_o   = valid_q_q;

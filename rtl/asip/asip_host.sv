@@ -11,7 +11,8 @@ module asip_host #(
     parameter int unsigned Debug     = 0,     // 1: bank K can be read
     parameter int unsigned Resilience = 0,    // 1: parity of the registers that configure a run
     parameter int unsigned Plausible  = 1,    // 1: with Resilience, there is a plausibility record
-    parameter int unsigned StreamWords = 0    // of each stream; 0: there is none
+    parameter int unsigned StreamWords = 0,   // of each stream; 0: there is none
+    parameter int unsigned Loops       = 0    // levels
 ) (
     input  logic                                      clk_i,
     input  logic                                      rst_ni,
@@ -169,6 +170,7 @@ module asip_host #(
     entry_word[asip_regmap_pkg::ENTRY_VALUE_LSB+:16] = entry_q;
 
     stream_word = 32'd0;
+    if (Loops != 0) stream_word[asip_regmap_pkg::STREAM_LOOPS_LSB+:2] = 2'(Loops);
     if (StreamWords != 0) begin
       stream_word[asip_regmap_pkg::STREAM_PAGE_LSB+:8]       = stream_page;
       stream_word[asip_regmap_pkg::STREAM_WORDS_LOG2_LSB+:5] = 5'($clog2(StreamWords));

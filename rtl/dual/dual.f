@@ -37,6 +37,7 @@ rtl/asip/asip_stream.sv
 rtl/asip/asip_operands_multiple.sv
 rtl/asip/asip_operands_single.sv
 rtl/asip/asip_operands.sv
+rtl/asip/asip_loops.sv
 rtl/asip/asip_memory.sv
 rtl/asip/asip_aux.sv
 rtl/asip/asip_units.sv

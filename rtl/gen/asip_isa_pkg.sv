@@ -21,6 +21,10 @@ package asip_isa_pkg;
   // Bundle: {control, slot n-1, ..., slot 0}.
   localparam int unsigned CONTROL_WIDTH = 8;
   localparam int unsigned HALT_BIT = 0;  // of the control bits
+  localparam int unsigned LOOP_BIT = 1;  // .. the end mark of a loop of level 0
+  localparam int unsigned LOOP_LEVELS = 3;
+  // of the immediate: rounds less one; the level above
+  localparam int unsigned LOOP_COUNT_WIDTH = 14;
   localparam int unsigned FAST_SLOTS = 3;  // fma, fma, aux
   localparam int unsigned FAST_FMA_PIPES = 2;
   localparam int unsigned FAST_BUNDLE_WIDTH = 128;
@@ -74,6 +78,7 @@ package asip_isa_pkg;
   localparam logic [5:0] OP_BNZ = 6'b000100;
   localparam logic [5:0] OP_ST = 6'b000101;
   localparam logic [5:0] OP_SEEK = 6'b000110;
+  localparam logic [5:0] OP_LOOP = 6'b000111;
   localparam logic [5:0] OP_FMADD = 6'b010000;
   localparam logic [5:0] OP_FNMSUB = 6'b010001;
   localparam logic [5:0] OP_FMSUB = 6'b010010;

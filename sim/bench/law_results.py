@@ -6,7 +6,6 @@ run that was stopped continues with the next law. A change of any source measure
 from __future__ import annotations
 
 import functools
-import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import import_module
@@ -15,7 +14,7 @@ from typing import Any
 
 from asip_asm.pace import Pace
 from asip_asm.project import BUILD, ROOT
-from sim.core.fpbench.campaign import finished, run
+from sim.core.fpbench.campaign import finished, mark_of, run
 
 STORE = BUILD / "law_results"
 SOURCES = ("asip_asm", "sim")
@@ -39,12 +38,8 @@ class Task:
 @functools.cache
 def fingerprint() -> str:
     """Of the sources, and of the files that they read."""
-    found = hashlib.sha256()
-    for folder in SOURCES:
-        for file in sorted((ROOT / folder).rglob("*")):
-            if file.suffix in (".py", ".toml", ".urdf", ".s"):
-                found.update(f"{file.relative_to(ROOT)}\0".encode() + file.read_bytes())
-    return found.hexdigest()[:16]
+    files = [file for folder in SOURCES for file in (ROOT / folder).rglob("*")]
+    return mark_of(file for file in files if file.suffix in (".py", ".toml", ".urdf", ".s"))
 
 
 def file_name(law: str) -> str:

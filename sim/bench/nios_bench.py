@@ -87,7 +87,8 @@ def compiled(name: str, files: Sequence[Path], system: str, options: str) -> Pro
     """A program by nios-gcc. Raises ImageError with what the compiler said."""
     elf = BUILD / f"nios_bench/{system}/{name}.elf"
     elf.parent.mkdir(parents=True, exist_ok=True)
-    command = [COMPILER, "--system", system, *shlex.split(options), *files, "-o", elf]
+    given = [str(file) for file in files]
+    command = [str(COMPILER), "--system", system, *shlex.split(options), *given, "-o", str(elf)]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode:
         raise ImageError(f"{files[0]}: error: it does not compile\n{done.stderr.rstrip()}")

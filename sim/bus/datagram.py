@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-APRD, APWR, FPRD, FPWR, BRD, BWR, LRW, ARMW = 1, 2, 4, 5, 7, 8, 12, 13
+APRD, APWR, FPRD, FPWR, BRD, BWR, LRD, LRW, ARMW = 1, 2, 4, 5, 7, 8, 10, 12, 13
 DATA_AT = 26  # of the first datagram in its frame
 SHORTEST = 60
 ETHERNET = b"\xff" * 6 + b"\x02\0\0\0\0\x01" + b"\x88\xa4"

@@ -13,6 +13,7 @@ import json
 import sys
 import time
 from collections.abc import Sequence
+from typing import Any
 
 import pysoem
 
@@ -124,7 +125,7 @@ def measure(rtl: DeviceRtl, device: Device, period_us: int, cycles: int) -> dict
     }
 
 
-def run(step: int, cycles: int) -> dict[str, object]:
+def run(step: int, cycles: int) -> dict[str, Any]:
     """Everything, of the dictionary each `step`-th object; the report.
 
     Raises RuntimeError when the device does not come to OP.

@@ -8,34 +8,31 @@ F_max for x, y and z, of tau_max_4 and tau_max_5 for the table.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
 from sim.robot.parameters import Robot
+from sim.robot.records import Floats
 
 PER_RATED = 1000.0  # 0.1 %
 TOOL = 3
 
 
-def directions(robot: Robot, tool: Sequence[float]) -> NDArray[np.float64]:
+def directions(robot: Robot, tool: Floats) -> NDArray[np.float64]:
     """Columns (3, 3): unit vectors from the legs' start points to the tool (3,) [m]."""
     starts = np.array([(*leg, 0.0) for leg in robot.legs])
     legs = np.asarray(tool, float) - starts
     return (legs / np.linalg.norm(legs, axis=1, keepdims=True)).T
 
 
-def along_axes(
-    robot: Robot, tool: Sequence[float], outputs: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def along_axes(robot: Robot, tool: Floats, outputs: NDArray[np.float64]) -> NDArray[np.float64]:
     """Of the five axes [N, N m], from the law's outputs (5,)."""
     return np.concatenate((directions(robot, tool) @ outputs[:TOOL], outputs[TOOL:]))
 
 
 def with_torques(
     robot: Robot,
-    tool: Sequence[float],
+    tool: Floats,
     outputs: NDArray[np.float64],
     torques: NDArray[np.float64],
     alone: NDArray[np.bool_],

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import binascii
 import ctypes
-from collections.abc import Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from sim.bus.gen import esc_regmap
@@ -217,9 +217,11 @@ class Line(BusModel):
         """SYNC0 and SYNC1 in bits 0 and 1."""
         return self._call("sync", slave)
 
-    def served(self, tap: int, second: int = -1) -> AbstractContextManager[None]:
+    @contextmanager
+    def served(self, *taps: int) -> Iterator[None]:
         """As Verilated has it: the line's first port and, of a closed ring, its second one."""
-        return super().served(tap, second)
+        with super().served(*taps, *[-1] * (2 - len(taps))):
+            yield
 
     @property
     def carried(self) -> tuple[int, int]:

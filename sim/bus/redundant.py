@@ -14,6 +14,7 @@ import json
 import sys
 from collections.abc import Sequence
 from contextlib import closing
+from typing import Any
 
 from asip_asm.command import command
 from sim.bus.coe.dictionary import load
@@ -27,7 +28,7 @@ SECOND = "ec1"
 PHASES = ("whole", "broken", "mended")
 
 
-def run(line: Line, cycles: int, cables: Sequence[int]) -> dict[str, object]:
+def run(line: Line, cycles: int, cables: Sequence[int]) -> dict[str, Any]:
     """What it came to. Raises RuntimeError with the state reached.
 
     wrong_counters: of each of PHASES; lost_links: of each slave's ports (0, 1).

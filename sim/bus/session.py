@@ -50,41 +50,22 @@ def inputs(device: Device, data: bytes) -> dict[str, list[int]]:
     return found
 
 
-class Session:
-    """The master's side of a device that runs. Raises RuntimeError when a step fails."""
+class Bus:
+    """A master on the interface, and the device there. Raises RuntimeError when a step fails."""
 
-    def __init__(self, rtl: DeviceRtl, device: Device) -> None:
-        self.rtl, self.device = rtl, device
+    def __init__(self, device: Device) -> None:
+        self.device = device
         for name, value in TIMEOUTS.items():
             setattr(pysoem.settings.timeouts, name, value)
-        self.tap = open_tap()
         self.master = pysoem.Master()
         self.master.sdo_read_timeout = self.master.sdo_write_timeout = SDO_US
         self.wrong = 0
 
-    def served(self) -> AbstractContextManager[None]:
-        """The device's time goes on by itself, frames pass as they come."""
-        return self.rtl.served(self.tap)
-
-    def exchange(self, **values: int) -> bytes:
-        """One cycle of process data while `served`; the inputs."""
+    def exchange(self, **values: int | Sequence[int]) -> bytes:
+        """One cycle of process data while the device's time goes on by itself; the inputs."""
         slave = self.master.slaves[0]
         slave.output = outputs(self.device, values)
         self.master.send_processdata()
-        self.count(self.master.receive_processdata(FRAME_US))
-        return slave.input
-
-    def cycle(self, data: bytes, ticks: int, tick: Callable[[], None]) -> bytes:
-        """One cycle of process data at exact times, while not `served`: the frame goes out, `ticks`
-        control ticks pass, the inputs come back."""
-        slave = self.master.slaves[0]
-        slave.output = data
-        self.master.send_processdata()
-        if self.rtl.take(self.tap) != 1:
-            raise RuntimeError("the master did not send one frame in its cycle")
-        for _ in range(ticks):
-            tick()
-        self.rtl.give(self.tap)
         self.count(self.master.receive_processdata(FRAME_US))
         return slave.input
 
@@ -104,13 +85,16 @@ class Session:
         slave = self.master.slaves[0]
         raise RuntimeError(f"state {slave.state}, code {slave.al_status:04x}, not {wanted}")
 
-    def bring_up(self) -> dict[str, object]:
-        """To OP, while `served`; what was found on the way."""
+    def bring_up(
+        self, set_up: Callable[[pysoem.CdefSlave], None] = lambda _: None
+    ) -> dict[str, object]:
+        """To OP, as `exchange`; what was found on the way. set_up: writes objects in PREOP."""
         master = self.master
         master.open(INTERFACE)
         if (found := master.config_init()) != 1:
             raise RuntimeError(f"pysoem found {found} slaves, there is 1")
         slave = master.slaves[0]
+        set_up(slave)
         mapped = master.config_map()
         if (state := master.state_check(pysoem.SAFEOP_STATE, 60_000_000)) != pysoem.SAFEOP_STATE:
             raise RuntimeError(f"state {state}, not SAFEOP")
@@ -122,3 +106,29 @@ class Session:
             "expected_counter": master.expected_wkc,
             "state": "OP",
         }
+
+
+class Session(Bus):
+    """A master and the device in RTL in one process: each waits for the other."""
+
+    def __init__(self, rtl: DeviceRtl, device: Device) -> None:
+        super().__init__(device)
+        self.rtl, self.tap = rtl, open_tap()
+
+    def served(self) -> AbstractContextManager[None]:
+        """The device's time goes on by itself, frames pass as they come."""
+        return self.rtl.served(self.tap)
+
+    def cycle(self, data: bytes, ticks: int, tick: Callable[[], None]) -> bytes:
+        """One cycle of process data at exact times, while not `served`: the frame goes out, `ticks`
+        control ticks pass, the inputs come back."""
+        slave = self.master.slaves[0]
+        slave.output = data
+        self.master.send_processdata()
+        if self.rtl.take(self.tap) != 1:
+            raise RuntimeError("the master did not send one frame in its cycle")
+        for _ in range(ticks):
+            tick()
+        self.rtl.give(self.tap)
+        self.count(self.master.receive_processdata(FRAME_US))
+        return slave.input

@@ -3,13 +3,24 @@
 
 from __future__ import annotations
 
-from cocotb.handle import SimHandleBase
+from typing import Protocol
 
 from asip_asm.regmap import RegisterMap
-from sim.cocotb.clocked import Clocked, word
+from sim.cocotb.clocked import Bus, Clocked, Pin, word
 from sim.core.backends import unknown
 
 WAIT_LIMIT = 20_000  # clocks of one access
+
+
+class AgentPins(Protocol):
+    """Pins of an agent."""
+
+    clk_i: Pin
+    rst_ni: Pin
+    waitrequest_o: Pin
+    address_i: Bus
+    writedata_i: Bus
+    readdata_o: Bus
 
 
 class Agent(Clocked):
@@ -19,9 +30,11 @@ class Agent(Clocked):
     of further pins, are 0 during and after a reset.
     """
 
+    dut: AgentPins
+
     def __init__(
         self,
-        dut: SimHandleBase,
+        dut: AgentPins,
         regmap: RegisterMap,
         period: int = 10_000,
         seed: int = 1,

@@ -6,18 +6,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any, Protocol
 
 import cocotb
 import numpy as np
-from cocotb.handle import SimHandleBase
 from cocotb.triggers import First, RisingEdge, Timer
 
 from asip_asm.assemble import assemble
 from asip_asm.gen.asip_regmap import REGMAP
 from asip_asm.image import Image
 from asip_asm.isa import default_isa
-from sim.cocotb.agent import Agent
-from sim.cocotb.clocked import word
+from sim.cocotb.agent import Agent, AgentPins
+from sim.cocotb.clocked import Bus, Pin, word
 from sim.core.backends import number, readable_addresses, unknown
 from sim.rtl.asip_bus import (
     BLOCK,
@@ -46,14 +46,27 @@ class Tick:
     fault_info: int
 
 
+class AsipPins(AgentPins, Protocol):
+    """Pins of `asip`."""
+
+    irq_o: Pin
+    trace_issue_o: Pin
+    trace_pc_o: Bus
+    trace_write_o: Bus
+    trace_index_o: Bus
+    trace_data_o: Bus
+
+
 class Asip(Agent):
     """The core behind its host port. `pause` is the probability of an idle clock before an access.
 
     The unused hooks of the debug block are tied to 0.
     """
 
+    dut: AsipPins
+
     def __init__(
-        self, dut: SimHandleBase, period: int = 8000, seed: int = 1, pause: float = 0.0
+        self, dut: AsipPins, period: int = 8000, seed: int = 1, pause: float = 0.0
     ) -> None:
         super().__init__(dut, REGMAP, period, seed, pause, quiet=("hook_i",))
         self.image: Image | None = None
@@ -76,7 +89,7 @@ class Asip(Agent):
                 return name
         raise AssertionError(f"CONFIG is {config:#010x}: no configuration of the assembler")
 
-    async def load(self, program: Path | str | Image, **options: object) -> Image:
+    async def load(self, program: Path | str | Image, **options: Any) -> Image:
         """Assemble a program for this core, or take an image, and load it. `options` are those of
         `assemble`. A fault is cleared before.
         """
@@ -214,6 +227,6 @@ class AsipMonitor:
                 self.written.append((self.clock, f"o{index >> 12 & 31}", data >> 64 & 0xFFFFFFFF))
 
 
-def packed(handle: SimHandleBase) -> int:
+def packed(handle: Bus) -> int:
     """Value of several words in one port; X, in words that are not written now, is taken as 0."""
     return int("".join(c if c in "01" else "0" for c in str(handle.value)), 2)

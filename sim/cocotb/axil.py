@@ -3,8 +3,11 @@
 
 from __future__ import annotations
 
+from logging import Logger
+from typing import Protocol
+
 from cocotb.clock import Clock
-from cocotb.handle import SimHandleBase
+from cocotb.handle import LogicObject
 from cocotb.triggers import ClockCycles
 from cocotbext.axi import AxiLiteBus, AxiLiteMaster
 
@@ -18,10 +21,19 @@ CHANNELS = {
 WORD = 4  # bytes
 
 
+class AxiLitePins(Protocol):
+    """The module with the port."""
+
+    clk_i: LogicObject
+    rst_ni: LogicObject
+    _log: Logger
+    _name: str
+
+
 class Pins:
     """The signals of the port without the ending _i or _o, as cocotbext-axi names them."""
 
-    def __init__(self, dut: SimHandleBase) -> None:
+    def __init__(self, dut: AxiLitePins) -> None:
         self._log, self._name = dut._log, dut._name
         for channel, signals in CHANNELS.items():
             for name in (channel + signal for signal in signals):
@@ -35,7 +47,7 @@ class AxiLite(AxiLiteMaster):
     `put` and `get` take word addresses, as the register maps do.
     """
 
-    def __init__(self, dut: SimHandleBase, period: int = 10_000) -> None:
+    def __init__(self, dut: AxiLitePins, period: int = 10_000) -> None:
         self.dut, self.period = dut, period
         bus = AxiLiteBus.from_entity(Pins(dut))
         super().__init__(bus, dut.clk_i, dut.rst_ni, reset_active_level=False)

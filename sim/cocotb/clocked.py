@@ -10,9 +10,11 @@ from __future__ import annotations
 import random
 
 from cocotb.clock import Clock
-from cocotb.handle import LogicObject, SimHandleBase
+from cocotb.handle import LogicArrayObject, LogicObject
 from cocotb.triggers import FallingEdge, Timer
 
+Pin = LogicObject
+Bus = LogicArrayObject
 RESET_CYCLES = 4
 
 
@@ -23,7 +25,7 @@ class Clocked:
 
     def __init__(
         self,
-        dut: SimHandleBase,
+        dut: object,
         clock: LogicObject,
         reset: LogicObject,
         reset_level: int,
@@ -65,7 +67,7 @@ class Clocked:
             await self.next()
 
 
-def word(handle: LogicObject) -> int:
+def word(handle: Pin | Bus) -> int:
     """Value of pins. Raises AssertionError if one of them is X or Z."""
     value = handle.value
     assert value.is_resolvable, f"{handle._path} is {value}"

@@ -4,10 +4,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
-from cocotb.handle import SimHandleBase
-
-from sim.cocotb.clocked import Clocked, word
+from sim.cocotb.clocked import Bus, Clocked, Pin, word
 from sim.core.backends import unknown
 from sim.rtl.custom_table import Instruction, load
 
@@ -22,6 +21,18 @@ class Result:
     cycles: int
 
 
+class SlavePins(Protocol):
+    """Pins of `ci_slaves` that the driver looks at."""
+
+    multi_clk_i: Pin
+    multi_reset_i: Pin
+    multi_start_i: Pin
+    multi_clk_en_i: Pin
+    multi_done_o: Pin
+    combo_result_o: Bus
+    multi_result_o: Bus
+
+
 class CustomInstructions(Clocked):
     """Both masters of the CPU at `ci_slaves`. platform: its parameter, 1 or 2.
 
@@ -29,9 +40,11 @@ class CustomInstructions(Clocked):
     that a further idle clock follows one. The operand pins are random while nothing runs.
     """
 
+    dut: SlavePins
+
     def __init__(
         self,
-        dut: SimHandleBase,
+        dut: SlavePins,
         platform: int = 2,
         period: int = 8000,
         seed: int = 1,

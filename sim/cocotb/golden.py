@@ -47,7 +47,8 @@ def signalling(bits: Bits) -> NDArray[np.bool_]:
 def flags(**raised: NDArray[np.bool_]) -> NDArray[np.uint8]:
     """Flags of the exceptions named nv, dz, of, uf, nx."""
     value = {"nv": NV, "dz": DZ, "of": OF, "uf": UF, "nx": NX}
-    return sum(np.where(found, value[name], 0) for name, found in raised.items()).astype(np.uint8)
+    every = [np.where(found, value[name], 0) for name, found in raised.items()]
+    return np.sum(every, axis=0).astype(np.uint8)
 
 
 def odd(high: NDArray[np.float64], low: NDArray[np.float64]) -> NDArray[np.float64]:

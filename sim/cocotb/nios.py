@@ -5,11 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
-from cocotb.handle import SimHandleBase
 from cocotb.triggers import FallingEdge, First, Timer
 
-from sim.cocotb.clocked import Clocked, word
+from sim.cocotb.clocked import Bus, Clocked, Pin, word
 from sim.core.backends import unknown
 from sim.rtl.nios_image import Program
 from sim.rtl.nios_image import load as committed
@@ -27,13 +27,31 @@ class NiosTick:
     cycles: int
 
 
+class NiosPins(Protocol):
+    """Pins of `n2_system` that the driver looks at."""
+
+    clk_i: Pin
+    rst_ni: Pin
+    run_i: Pin
+    enable_i: Pin
+    tick_i: Pin
+    host_write_i: Pin
+    pending_o: Pin
+    host_address_i: Bus
+    host_wdata_i: Bus
+    host_rdata_o: Bus
+    tick_cycles_o: Bus
+
+
 class Nios(Clocked):
     """A system behind its host port; the core is in reset until `start`.
 
     Addresses are byte addresses, inputs and outputs those of nios_sw/system.toml.
     """
 
-    def __init__(self, dut: SimHandleBase, period: int = 10_000, seed: int = 1) -> None:
+    dut: NiosPins
+
+    def __init__(self, dut: NiosPins, period: int = 10_000, seed: int = 1) -> None:
         super().__init__(dut, dut.clk_i, dut.rst_ni, 0, period, seed)
         self.map = default_system_map()
         self.program: Program | None = None

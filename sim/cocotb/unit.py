@@ -5,14 +5,25 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
-from cocotb.handle import SimHandleBase
 from numpy.typing import ArrayLike, NDArray
 
-from sim.cocotb.clocked import Clocked, word
+from sim.cocotb.clocked import Bus, Clocked, Pin, word
 
 ANSWER_LIMIT = 100  # clocks after the last operation
+
+
+class UnitPins(Protocol):
+    """Pins that all arithmetic units have."""
+
+    clk_i: Pin
+    rst_ni: Pin
+    valid_i: Pin
+    valid_o: Pin
+    result_o: Bus
+    flags_o: Bus
 
 
 class Unit(Clocked):
@@ -23,9 +34,11 @@ class Unit(Clocked):
     `interval` is the least number of clocks from one operation to the next.
     """
 
+    dut: UnitPins
+
     def __init__(
         self,
-        dut: SimHandleBase,
+        dut: UnitPins,
         latency: int,
         period: int = 8000,
         seed: int = 1,
@@ -34,8 +47,8 @@ class Unit(Clocked):
     ) -> None:
         super().__init__(dut, dut.clk_i, dut.rst_ni, 0, period, seed)
         self.latency, self.bubbles, self.interval = latency, bubbles, interval
-        names = ("a", "b", "c", "sub", "sqrt", "cos", "kind", "neg_product", "neg_addend", "op")
-        names += ("unsigned", "truncate")
+        names = ["a", "b", "c", "sub", "sqrt", "cos", "kind", "neg_product", "neg_addend", "op"]
+        names += ["unsigned", "truncate"]
         self.pins = {name: getattr(dut, f"{name}_i") for name in names if hasattr(dut, f"{name}_i")}
 
     def idle(self) -> None:
@@ -53,7 +66,9 @@ class Unit(Clocked):
             raise ValueError(f"pins are {', '.join(self.pins)}; given were {', '.join(columns)}")
         rows = np.broadcast_arrays(*(np.atleast_1d(columns[n]) for n in self.pins))
         todo = deque(zip(*(row.tolist() for row in rows), strict=True))
-        count, issued, results = len(todo), deque(), []
+        count = len(todo)
+        issued: deque[int] = deque()
+        results: list[tuple[int, int]] = []
         clock = last = 0
         earliest = 0  # clock of the next operation
         while len(results) < count:

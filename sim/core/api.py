@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import operator
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Integral, Real
 from pathlib import Path
@@ -26,6 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 from asip_asm.assemble import assemble
 from asip_asm.image import Image
 from sim.core.backends import BACKENDS, Backend, Runs, unknown
+from sim.core.fault import Fault
 
 CURES = {
     "ILLEGAL": "the image is damaged or for another core: assemble the program again",
@@ -123,19 +124,21 @@ class Core:
         self.outputs = tuple(entry.name for entry in image.outputs)
         self.states = tuple(entry.name for entry in image.states)
         self.exports = tuple(entry.name for entry in image.exports)
-        self._kinds = {e.name: e.type for e in (*self.image.inputs, *self.image.states)}
+        self._kinds = dict(image.types)
         self._inputs = {entry.name: 0 for entry in self.image.inputs}
         self._constants = {entry.name: int(entry.bits, 16) for entry in self.image.constants}
         self._kinds |= {entry.name: entry.type for entry in self.image.constants}
-        bank_k = {f"k{e.index}": e.name for e in (*self.image.inputs, *self.image.constants)}
+        bank_k = {f"k{e.index}": e.name for e in self.image.inputs}
+        bank_k |= {f"k{e.index}": e.name for e in self.image.constants}
         exports = ((e.name, e.register) for e in self.image.exports)
         self._same = {name: bank_k[place] for name, place in exports if place in bank_k}
 
     # ------------------------------------------------------------------ life
     def close(self) -> None:
         """Free the model; the object is of no use afterwards."""
-        if getattr(self, "_backend", None) is not None:
-            self._backend.close()
+        backend = getattr(self, "_backend", None)
+        if backend is not None:
+            backend.close()
             self._backend = None
 
     def __enter__(self) -> Core:
@@ -240,7 +243,7 @@ class Core:
             known = [*self.outputs, *self.exports, *self.states, *self._inputs, *self._constants]
             _known("output, export, state, input, constant or register", name, known)
 
-    def _word(self, what: str, name: str, known: Sequence[str], value: Any) -> int:
+    def _word(self, what: str, name: str, known: Collection[str], value: Any) -> int:
         _known(what, name, known)
         where = f"{what} {name}"
         if not isinstance(value, Real):
@@ -252,9 +255,10 @@ class Core:
                 raise CoreError(f"{where}: {value} is too large for binary32") from None
         if not isinstance(value, Integral):
             raise CoreError(f"{where} is an int32, got {value!r}; round it: round(x)")
-        if not INT32[0] <= value <= INT32[1]:
+        word = int(value)
+        if not INT32[0] <= word <= INT32[1]:
             raise CoreError(f"{where}: {value} is outside of int32, {INT32[0]} to {INT32[1]}")
-        return int(value) & 0xFFFFFFFF
+        return word & 0xFFFFFFFF
 
     def _column(self, name: str, values: ArrayLike) -> NDArray[np.uint32]:
         _known("input", name, self._inputs)
@@ -300,7 +304,7 @@ class Core:
             self.cycles = None if ticks.cycles is None else int(ticks.cycles[-1])
         self.ticks += len(ticks.flags)
         if runs.fault is not None:
-            self._fail(runs, ticks)
+            self._fail(runs.fault, runs, ticks)
         return ticks
 
     def _ticks(
@@ -321,9 +325,9 @@ class Core:
         }
         return Ticks(values, runs.cycles, runs.flags)
 
-    def _fail(self, runs: Runs, ticks: Ticks) -> None:
+    def _fail(self, fault: Fault, runs: Runs, ticks: Ticks) -> None:
         """Raise the CoreFault of the last tick."""
-        cause, tick = runs.fault.cause, self.ticks - 1
+        cause, tick = fault.cause, self.ticks - 1
         self._fault = f"{cause} in tick {tick}"
         odd = [
             f"{name} is {self.read(name)}"
@@ -366,7 +370,7 @@ def _image(
     return program
 
 
-def _known(what: str, name: str, known: Sequence[str]) -> None:
+def _known(what: str, name: str, known: Collection[str]) -> None:
     if name not in known:
         raise CoreError(unknown(what, name, known))
 

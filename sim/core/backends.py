@@ -18,6 +18,7 @@ from asip_asm.profile import Trace
 from sim.core.fault import NO_FAULT, Fault, fault_text
 from sim.rtl.asip_bus import BLOCK, CSR, STATUS, register_address
 
+FLAGS = STATUS["flags"]
 FLAG_NAMES = ("nv", "dz", "of", "uf", "nx")  # bit 4 .. 0
 COUNTERS = ("CYCLES", "STALL_OPERAND", "STALL_PORT", "STALL_UNIT", "STALL_FETCH", "DRAIN")
 
@@ -102,7 +103,7 @@ class RtlBackend:
     def run(self, inputs: Sequence[str], data: NDArray[np.uint32], read: Sequence[str]) -> Runs:
         addresses = self.rtl.input_addresses(inputs)
         result = self.rtl.run(addresses, data, [self._address(name) for name in read])
-        flags = STATUS["flags"].of(result.status).astype(np.uint8)
+        flags = ((result.status & FLAGS.mask) >> FLAGS.low).astype(np.uint8)
         if not len(data) or result.fault == NO_FAULT:
             return Runs(result.words, flags, result.cycles)
         fault = self.fault(result.fault)
@@ -154,7 +155,7 @@ class IssBackend:
     def _name(self, image: Image) -> None:
         self._image = image
         self._outputs = {o.name: int(o.safe, 16) for o in image.outputs}
-        self._readable = {entry.name for entry in (*image.exports, *image.states)}
+        self._readable = set(image.registers)
 
     def has(self, name: str) -> bool:
         return name in self._outputs or name in self._readable or is_register(name)
@@ -211,8 +212,8 @@ def number(word: int, type_name: str) -> float | int:
 
 def readable_addresses(image: Image) -> dict[str, int]:
     """Bus addresses of outputs, exports and states by name, but for exports of bank K."""
-    places = {entry.name: entry.register for entry in (*image.exports, *image.states)}
-    found = {name: register_address(at) for name, at in places.items() if is_register(at)}
+    places = image.registers.items()
+    found = {name: register_address(at) for name, at in places if is_register(at)}
     return found | {output.name: BLOCK["outputs"] + output.index for output in image.outputs}
 
 

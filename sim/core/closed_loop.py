@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sim.core.controller import AsipController, ControllerFault, LawTicks
 from sim.robot.parameters import Robot
 from sim.robot.plant import Plant
-from sim.robot.records import SetPoints
+from sim.robot.records import Counts, Floats, SetPoints
 
 PROGRESS_TICKS = 500  # ticks between two progress calls
 SETTLED_S = 0.05  # tracking is judged from here on [s]
@@ -38,26 +38,53 @@ class Tracking:
     table: float
 
 
+class Controller(Protocol):
+    """Set-points (15,) and counts (5,) in, forces and torques (1, 5) out."""
+
+    def prime(self, words: Floats, counts: Counts) -> object:
+        """What there is to do before the first tick."""
+
+    def step(self, words: Floats, counts: Counts) -> LawTicks:
+        """One tick. Raises ControllerFault."""
+
+
+class Machine(Protocol):
+    """Exact joints (5,) and tool (3,), what the encoders count, one period with outputs held."""
+
+    @property
+    def joints(self) -> Floats: ...
+
+    @property
+    def tool(self) -> Floats: ...
+
+    @property
+    def table(self) -> Floats: ...
+
+    def counts(self) -> tuple[int, ...]: ...
+
+    def step(self, outputs: Sequence[float]) -> tuple[int, ...]: ...
+
+
 class Tap(Protocol):
     """Sees every tick and may change its set-points."""
 
     def words(self, words: NDArray[np.floating]) -> NDArray[np.floating]:
         """Set-points (15,) of the next tick."""
 
-    def done(self, tick: int, counts: NDArray[np.int32], plant: Plant) -> None:
+    def done(self, tick: int, counts: NDArray[np.int32], plant: Machine) -> None:
         """The controller has taken them with these counts, the plant has not moved yet."""
 
-    def fault(self, tick: int, counts: NDArray[np.int32], plant: Plant) -> None:
+    def fault(self, tick: int, counts: NDArray[np.int32], plant: Machine) -> None:
         """The controller has stopped instead."""
 
 
 def run(
     robot: Robot,
     path: SetPoints,
-    controller: AsipController,
+    controller: Controller,
     progress: Callable[[int], None],
     tap: Tap | None = None,
-    plant: Plant | None = None,
+    plant: Machine | None = None,
 ) -> Recording:
     """Run every tick: counts from the plant, set-points from the path, forces back to the plant.
 

@@ -16,9 +16,18 @@ from numpy.typing import NDArray
 
 from asip_asm.image import Image
 from sim.core.api import Core, CoreError, CoreFault
+from sim.core.backends import RtlBackend
 from sim.core.fault import fault_text
 from sim.robot.parameters import Robot
-from sim.robot.records import COUNTS, EXPORT_OF_ROW, MEASURED_STATES, OUTPUTS, SET_POINTS
+from sim.robot.records import (
+    COUNTS,
+    EXPORT_OF_ROW,
+    MEASURED_STATES,
+    OUTPUTS,
+    SET_POINTS,
+    Counts,
+    Floats,
+)
 from sim.robot.tracking import Tracking
 from sim.rtl.asip_bus import FAULT_NAMES, STATUS, register_address
 from sim.rtl.asip_rtl import AsipError
@@ -33,7 +42,7 @@ PASSED_ON = {row: name for row, name in EXPORT_OF_ROW.items() if name in SET_POI
 class LawTicks:
     """Results of N ticks: outputs (N, 5) and exported rows (N, 9) as binary32, cycles (N,)."""
 
-    outputs: NDArray[np.float32]
+    outputs: NDArray[np.floating]
     exported: NDArray[np.float32]
     cycles: NDArray[np.uint32]
 
@@ -54,11 +63,12 @@ class AsipController:
         self.image = image
         self._program = Core(image)
         self._exports = tuple(EXPORTED.values()) if intermediates else ()
-        self.core = self._program.backend.rtl
+        backend = self._program.backend
+        assert isinstance(backend, RtlBackend)
+        self._backend, self.core = backend, backend.rtl
         reads = self.core.output_addresses(OUTPUTS) + self.core.export_addresses(self._exports)
         self._read = len(reads)
-        places = {entry.name: entry.register for entry in (*image.states, *image.exports)}
-        reads += [register_address(places[name]) for name in watched]
+        reads += [register_address(image.registers[name]) for name in watched]
         self._port = self.core.port(self.core.input_addresses([*SET_POINTS, *COUNTS]), reads)
         self._words = self._port.data[0, : len(SET_POINTS)].view(np.float32)
         self._counts = self._port.data[0, len(SET_POINTS) :].view(np.int32)
@@ -69,7 +79,7 @@ class AsipController:
         """Ticks so far, the priming one not among them."""
         return self._program.ticks
 
-    def prime(self, words: Sequence[float], counts: Sequence[int]) -> None:
+    def prime(self, words: Floats, counts: Counts) -> None:
         """Make the first measurement the last one, so that the first tick sees no speed.
 
         Runs one tick, keeps what the program stored as its measurement, presets every other state.
@@ -84,7 +94,7 @@ class AsipController:
         )
         self._program.ticks = 0
 
-    def step(self, words: Sequence[float], counts: Sequence[int]) -> LawTicks:
+    def step(self, words: Floats, counts: Counts) -> LawTicks:
         """One tick: 15 set-points (rounded to binary32 here) and five counts."""
         self._words[:] = words
         self._counts[:] = counts
@@ -114,7 +124,7 @@ class AsipController:
     def fault_text(self) -> str:
         """Cause, place and source lines of the fault that the core stands in."""
         cause = FAULT_NAMES[STATUS["cause"].of(int(self._port.status[0]))]
-        return fault_text(self.image, self._program.backend.fault(cause))
+        return fault_text(self.image, self._backend.fault(cause))
 
     def batch(self, words: NDArray[np.floating], counts: NDArray[np.integer]) -> LawTicks:
         """Consecutive ticks, words (N, 15) and counts (N, 5). Raises ControllerFault."""
@@ -125,6 +135,7 @@ class AsipController:
             raise ControllerFault(str(error)) from error
         outputs = np.stack([ticks[name] for name in OUTPUTS], axis=1)
         exported = [ticks[name] for name in self._exports]
+        assert ticks.cycles is not None  # the RTL counts
         return LawTicks(outputs, np.array(exported, dtype=np.float32).T, ticks.cycles)
 
 
@@ -134,14 +145,15 @@ class LawController:
     def __init__(self, robot: Robot) -> None:
         self._law = Tracking(robot)
 
-    def prime(self, words: Sequence[float], counts: Sequence[int]) -> None:
+    def prime(self, words: Floats, counts: Counts) -> None:
         """Nothing: the law takes its first measurement as the last one."""
 
-    def step(self, words: Sequence[float], counts: Sequence[int]) -> LawTicks:
+    def step(self, words: Floats, counts: Counts) -> LawTicks:
         """One tick."""
         return one_tick(self._law.step(words, counts).output)
 
 
 def one_tick(output: Iterable[float]) -> LawTicks:
     """Five forces and torques of a controller without a clock."""
-    return LawTicks(np.array([tuple(output)]), np.empty((1, 0)), np.zeros(1, dtype=np.uint32))
+    outputs = np.array([tuple(output)])
+    return LawTicks(outputs, np.empty((1, 0), np.float32), np.zeros(1, dtype=np.uint32))

@@ -82,7 +82,8 @@ class Client(RunControl, Recorder):
         """Raises DebugError if the core has another program than an image, whose names would be
         those of other words. Program memory cannot be read back: entry and outputs tell."""
         self._check_configuration(image)
-        runs = {(each.entry, each.output_mask) for each in (image, *image.functions)}
+        runs = {(image.entry, image.output_mask)}
+        runs |= {(each.entry, each.output_mask) for each in image.functions}
         entry, mask = self.read_word(CSR["ENTRY"]), self.read_word(CSR["OUTPUT_MASK"])
         if (entry, mask) not in runs:
             title = f"'{image.title}'" if image.title else "the image"
@@ -166,7 +167,7 @@ class Client(RunControl, Recorder):
 
 def _rows(writes: Iterable[tuple[int, int]]) -> Iterable[tuple[int, list[int]]]:
     """Writes put together where addresses follow each other."""
-    start, words = 0, []
+    start, words = 0, list[int]()
     for address, word in writes:
         if words and address != start + len(words):
             yield start, words

@@ -22,7 +22,7 @@ from sim.debug.packets import (
     unpack_words,
     write_body,
 )
-from sim.debug.state import REGISTER, REGMAP, Records, Sizes, fields_of
+from sim.debug.state import REGISTER, REGMAP, Records, Sizes, State, fields_of
 
 TRIES = 3
 
@@ -104,6 +104,10 @@ class Requests:
     def _neighbours(self, *registers: str) -> list[int]:
         """Registers that stand one behind the other, in one packet."""
         return self.read_words(REGISTER[registers[0]], len(registers))
+
+    def state(self) -> State:
+        """The state now."""
+        return State.of(*self._neighbours("STATUS", "PLACE"))
 
     def _write(self, register: str, word: int, n: int = 0) -> None:
         self.write_word(REGISTER[register] + n, word)

@@ -13,10 +13,6 @@ from sim.debug.state import BANKS, REGMAP, State, place_address
 class RunControl(Requests):
     """A core that is held, stepped and let go."""
 
-    def state(self) -> State:
-        """The state now."""
-        return State.of(*self._neighbours("STATUS", "PLACE"))
-
     def halt(self) -> None:
         """Hold the core after the bundle that issues now; without a run, at the first bundle of
         the next one. `wait` tells when it is halted."""

@@ -91,11 +91,24 @@ class State:
     @classmethod
     def of(cls, status: int, place: int) -> State:
         """State of the words STATUS and PLACE."""
-        bits = fields_of("STATUS", status)
-        bits["reason"] = name_of("stop_reason", bits["reason"])
-        bits["scope"] = name_of("scope_state", bits["scope"])
-        flags = {k: v if k in ("reason", "which", "scope") else bool(v) for k, v in bits.items()}
-        return cls(**flags, **fields_of("PLACE", place))
+        bits, at = fields_of("STATUS", status), fields_of("PLACE", place)
+        return cls(
+            held=bool(bits["held"]),
+            halted=bool(bits["halted"]),
+            running=bool(bits["running"]),
+            empty=bool(bits["empty"]),
+            fault=bool(bits["fault"]),
+            staged=bool(bits["staged"]),
+            committing=bool(bits["committing"]),
+            overflow=bool(bits["overflow"]),
+            reason=name_of("stop_reason", bits["reason"]),
+            which=bits["which"],
+            scope=name_of("scope_state", bits["scope"]),
+            black_box=bool(bits["black_box"]),
+            triggered=bool(bits["triggered"]),
+            next=at["next"],
+            last=at["last"],
+        )
 
 
 @dataclass(frozen=True)

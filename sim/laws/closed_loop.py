@@ -30,7 +30,9 @@ class Machine(Protocol):
     """What a law controls. ticks: length of the run; axes: unit of each tracking error by name."""
 
     ticks: int
-    axes: Mapping[str, str]
+
+    @property
+    def axes(self) -> Mapping[str, str]: ...
 
     def start(self) -> None:
         """Back to the start state."""
@@ -106,7 +108,7 @@ class DoubleLaw:
 
     def __init__(self, law: Law) -> None:
         self.law = law
-        self.function = law.function
+        self.function = law.in_casadi
         self.arguments = [ports for _, ports in law.arguments()]
         self.ports = [port for ports in self.arguments for port in ports]
         self.results = [port for _, ports in law.results() for port in ports]

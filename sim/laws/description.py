@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -70,6 +71,11 @@ class JointRecord:
     damping: float = 0.0
     friction: float = 0.0
     mimic: Mimic | None = None
+
+    @property
+    def limits(self) -> tuple[float, float] | None:
+        """Lower and upper limit of the position; a file states both or none."""
+        return None if self.lower is None or self.upper is None else (self.lower, self.upper)
 
 
 @dataclass(frozen=True)
@@ -237,8 +243,9 @@ class _Robot(Reader):
                 self.fail(element, f"{where} has no <{tag}>")
             self._attributes(parts[tag], ("link",), where)
             ends[tag] = self._name(parts[tag], where, "link")
-        record = {
-            "name": name, "kind": kind, "line": element.line, **ends,
+        record: dict[str, Any] = {
+            "name": name, "kind": kind, "line": element.line, "parent": ends["parent"],
+            "child": ends["child"],
             "origin": self._origin(parts.get("origin"), where),
             "axis": np.array([1.0, 0.0, 0.0]),
         }  # fmt: skip

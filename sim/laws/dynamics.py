@@ -21,7 +21,7 @@ Vector = list[ca.SX]
 QUARTER = math.pi / 2
 
 
-def _dot(row: np.ndarray | Vector, vector: Vector) -> ca.SX:
+def _dot(row: np.ndarray | Vector, vector: Vector | list[float]) -> ca.SX:
     return sum((row[k] * vector[k] for k in range(3)), ca.SX(0))
 
 
@@ -77,12 +77,11 @@ def joint_values(tree: Tree, q: ca.SX, shifted: bool = True) -> list[ca.SX]:
 
 def axis_forces(tree: Tree, forces: list[ca.SX]) -> ca.SX:
     """Forces of the axes (n,): a follower's acts at its leader, times its multiplier."""
-    found: list[ca.SX | None] = [None] * len(tree.axes)
+    found: dict[int, ca.SX] = {}
     for joint, axis, force in zip(tree.joints, tree.axis_of, forces, strict=True):
         part = force if joint.multiplier == 1.0 else joint.multiplier * force
-        before = found[axis]
-        found[axis] = part if before is None else before + part
-    return ca.vertcat(*found)
+        found[axis] = found[axis] + part if axis in found else part
+    return ca.vertcat(*(found[axis] for axis in range(len(tree.axes))))
 
 
 def turns(tree: Tree, q: list[ca.SX]) -> list[Turn]:

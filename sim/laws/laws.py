@@ -297,6 +297,6 @@ LAWS: dict[str, Callable[[Tree, Settings], Law]] = {
 
 def operations(law: Law) -> int:
     """Operations of the law's function as CasADi lists them, less inputs, outputs and constants."""
-    function = law.function
+    function = law.in_casadi
     skipped = (ca.OP_INPUT, ca.OP_OUTPUT, ca.OP_CONST)
     return sum(function.instruction_id(i) not in skipped for i in range(function.n_instructions()))

@@ -127,8 +127,8 @@ def residuals(robot: Robot, place: Legs, lengths: Legs) -> list[tuple[ca.SX, ca.
     Q_1 + 3Ry -+ 2 x_p x.
     """
     x, y, z = place
-    xh, yh, zh = highs = [(value + TO_GRID) - TO_GRID for value in place]
-    xl, yl, zl = (value - high for value, high in zip(place, highs, strict=True))
+    xh, yh, zh = ((value + TO_GRID) - TO_GRID for value in place)
+    xl, yl, zl = x - xh, y - yh, z - zh
     (rh, rl), (r3h, r3l) = rounded_to(robot.R, GRID), rounded_to(3 * robot.R, GRID)
     xph, xpl = rounded_to(2 * robot.legs[1][0], GRID)
     dy, dyh, dyl = y - robot.R, yh - rh, yl - rl
@@ -137,9 +137,9 @@ def residuals(robot: Robot, place: Legs, lengths: Legs) -> list[tuple[ca.SX, ca.
     high23, low23 = high + yh * r3h, low + y * r3l + yl * r3h
     x2h, x2l = xh * xph, x * xpl + xl * xph
     # A maximum is no term of a sum: the squares are complete before l^2 is taken off them.
-    highs = (high, ca.fmax(high23 - x2h, 0), ca.fmax(high23 + x2h, 0))
+    squares = (high, ca.fmax(high23 - x2h, 0), ca.fmax(high23 + x2h, 0))
     rests = (low, low23 - x2l, low23 + x2l)
-    return [(h - ln * ln, rest) for h, ln, rest in zip(highs, lengths, rests, strict=True)]
+    return [(h - ln * ln, rest) for h, ln, rest in zip(squares, lengths, rests, strict=True)]
 
 
 def length_errors(robot: Robot, place: Legs, lengths: Legs, counts: Legs) -> list[Legs]:
@@ -235,7 +235,10 @@ def law(
     masses, gravity = dynamics_of(robot, [robot.encoder_legs * count[i] for i in LEGS])
     masses += [robot.J_44, robot.J_55]
     gravity += [robot.r_4 * robot.m_4 * robot.g * ca.sin(robot.encoder_table * count[3]), 0]
-    outputs, integrals, signs, ticks = [], [], [], []
+    outputs: list[ca.SX] = []
+    integrals: list[ca.SX] = []
+    signs: list[ca.SX] = []
+    ticks: list[ca.SX] = []
     for i in AXES:
         e, e_v = sum(errors[i][1:], errors[i][0]), speeds[i] - rate[i]
         sign = ca.sign(towards[i])
@@ -312,9 +315,10 @@ def _ports(robot: Robot) -> list[Port]:
     for i in AXES:
         unit = "m" if i < 3 else "rad"
         scale = robot.resolution[i]
+        low, high = (0.7, 0.9) if i < 3 else (-3.0, 3.0)
         ports.append(
             Port("input", f"count{i}", "count", type="int", vector="count",
-                 limits=tuple(x / scale for x in ((0.7, 0.9) if i < 3 else (-3.0, 3.0))))
+                 limits=(low / scale, high / scale))
         )  # fmt: skip
         ports.append(
             Port("rate", f"count_rate{i}", f"{unit}/s", vector="count_rate",

@@ -71,8 +71,10 @@ def law(robot: Tree, settings: Settings = SETTINGS) -> Law:
     )
     ports = [Port("input", "goal", "m", "where the cart shall be", limits=(-0.3, 0.3))]
     for i, (unit, joint) in enumerate(zip(("m", "rad"), robot.axes, strict=True)):
-        fields = {"scale": count_scale(joint, settings), "limits": (-0.5, 0.5)}
-        ports.append(Port("input", f"q{i}", unit, type="int", vector="q", **fields))
+        scale = count_scale(joint, settings)
+        ports.append(
+            Port("input", f"q{i}", unit, type="int", vector="q", scale=scale, limits=(-0.5, 0.5))
+        )
     for i, (unit, limit) in enumerate((("m", 0.5), ("rad", 0.5), ("m/s", 2.0), ("rad/s", 6.0))):
         ports.append(Port("state", f"x{i}", unit, vector="x", limits=(-limit, limit)))
     ports.append(Port("output", "force", "N", "on the cart", limits=(-FORCE_LIMIT, FORCE_LIMIT)))

@@ -190,6 +190,9 @@ def _wires(
 ) -> list[Wire]:
     def number(key: str, default: float = 0.0) -> float:
         value = entry.get(key, default)
+        return bound(value)
+
+    def bound(value: Any) -> float:
         return evaluate(value, names, interface.file, 0)
 
     limits = entry.get("limits")
@@ -200,7 +203,7 @@ def _wires(
             entry.get("vector", ""),
             number("scale", 1.0),
             number("offset"),
-            tuple(evaluate(x, names, interface.file, 0) for x in limits) if limits else None,
+            (bound(limits[0]), bound(limits[1])) if limits else None,
             initial=number("value") if kind == "parameter" else number("initial"),
             safe=number("safe"),
         )

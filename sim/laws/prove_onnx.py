@@ -7,7 +7,7 @@ reference implementation in a confined process. Nothing of the compiler's readin
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import msgspec
@@ -125,10 +125,11 @@ def _inputs(model: onnx.ModelProto) -> dict[str, tuple[int, ...]]:
 
 
 def _run(
-    model: onnx.ModelProto, points: list[Mapping[str, Values]]
+    model: onnx.ModelProto, points: Sequence[Mapping[str, Values]]
 ) -> list[list[np.ndarray[Any, Any]]]:
     evaluator = evaluator_of(model)
-    return [evaluator.run(None, dict(point)) for point in points]
+    ran = (evaluator.run(None, dict(point)) for point in points)
+    return [found if isinstance(found, list) else list(found.values()) for found in ran]
 
 
 def _matrix(shape: tuple[int, ...]) -> Shape:

@@ -121,7 +121,7 @@ def draw(port: Port, count: int, rng: np.random.Generator) -> Array:
     return inside(port, values)
 
 
-def inside(port: Port, values: NDArray[np.float64]) -> NDArray[np.float32]:
+def inside(port: Port, values: NDArray[np.floating]) -> NDArray[np.float32]:
     """As binary32, clipped to the limits of the port."""
     low, high = port.limits or (-1.0, 1.0)
     single = np.clip(values, low, high).astype(np.float32)
@@ -255,11 +255,11 @@ def compare(
 ) -> Proof:
     """Compare results with the interpreter, with double precision, and with the certificate."""
     difference = ""
-    for name, want in exact_results(compiled, inputs, sine).items():
-        unequal = got[name].view(np.uint32) != want.view(np.uint32)
+    for name, bits in exact_results(compiled, inputs, sine).items():
+        unequal = got[name].view(np.uint32) != bits.view(np.uint32)
         if unequal.any() and not difference:
             k = int(np.argmax(unequal))
-            difference = f"{name}, tick {k} of seed {seed}: got {got[name][k]!r}, want {want[k]!r}"
+            difference = f"{name}, tick {k} of seed {seed}: got {got[name][k]!r}, want {bits[k]!r}"
     real, limit = bounds(compiled.graph, inputs)
     found = (truth or truth_of(compiled.law))(inputs)
     want_of = {n: v if isinstance(v, tuple) else (v, np.zeros_like(v)) for n, v in found.items()}

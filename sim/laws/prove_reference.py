@@ -29,8 +29,11 @@ Values = NDArray[np.float64]
 class Reference(Protocol):
     """The user's model. `arguments` and `results`: rows and columns of each by name, in order."""
 
-    arguments: Mapping[str, Shape]
-    results: Mapping[str, Shape]
+    @property
+    def arguments(self) -> Mapping[str, Shape]: ...
+
+    @property
+    def results(self) -> Mapping[str, Shape]: ...
 
     def __call__(self, arguments: Mapping[str, Values]) -> dict[str, Values]:
         """Results (points, rows, columns) by name from arguments of the same form."""
@@ -63,7 +66,7 @@ class Wire:
         if self.kind != "rate":
             return np.asarray(words[self.name]).astype(np.float64) * self.scale + self.offset
         now, last = (np.asarray(words[n]).astype(np.int64) for n in (self.rate_of, self.last))
-        return self.scale * (now - last)
+        return np.asarray(self.scale * (now - last), np.float64)
 
 
 class Truth:
@@ -103,8 +106,7 @@ class Truth:
         for wire in self.wires:
             if wire.kind in ("state", "output"):
                 value = wire.initial if wire.kind == "state" else wire.safe
-                want = np.float32(value).view(np.uint32)
-                if int(bits.get(wire.name, "0"), 16) != want:
+                if int(bits.get(wire.name, "0"), 16) != np.float32(value).view(np.uint32):
                     what = "first value" if wire.kind == "state" else "safe value"
                     return f"the {what} of '{wire.name}' in the image is not {value:g}"
         return ""

@@ -17,6 +17,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from asip_asm.model.exact import Array
 from asip_asm.model.law import Law, Port
 from sim.laws.closed_loop import Values
 from sim.laws.prove_program import CORNERS, Sample, draw, inside
@@ -97,7 +98,7 @@ def near(made: Law) -> Sample:
     """
     ports = {port.name: port for port in made.of_kind("input")}
 
-    def sample(size: int, rng: np.random.Generator) -> dict[str, NDArray[np.float32]]:
+    def sample(size: int, rng: np.random.Generator) -> dict[str, Array]:
         apart = {name: draw(port, size, rng).astype(float) for name, port in ports.items()}
         share = 10.0 ** rng.uniform(-3.0, 0.0, size)
         yaw = rng.uniform(-math.pi, math.pi, size)

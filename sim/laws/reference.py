@@ -119,7 +119,8 @@ class PinocchioRobot:
             [stated.zero.get(name, stated.zero.get(ALL, 0.0)) for name in self.names], float
         )
         for part in root.findall("transmission"):
-            name = part.find("joint").get("name") if part.find("joint") is not None else None
+            of = part.find("joint")
+            name = None if of is None else of.get("name")
             if name not in joints:
                 continue
             values: dict[str, float] = {}
@@ -180,7 +181,7 @@ class PinocchioRobot:
         if self.plain:
             return pin.aba(self.model, self.data, self.configuration(q), v, tau).copy()
         rest = self.inverse(q, v, np.zeros(len(v)))
-        return np.linalg.solve(self.mass_matrix(q), tau - rest)
+        return np.asarray(np.linalg.solve(self.mass_matrix(q), tau - rest), np.float64)
 
     @property
     def plain(self) -> bool:
@@ -224,7 +225,8 @@ class PinocchioRobot:
         """The stated link, or the only one that moves and that no joint starts from."""
         if self.stated.tip is not None:
             return self.stated.tip
-        starts = {joint.find("parent").get("link") for joint in self.elements.values()}
+        parents = [joint.find("parent") for joint in self.elements.values()]
+        starts = {parent.get("link") for parent in parents if parent is not None}
         ends = [
             frame.name
             for frame in self.model.frames

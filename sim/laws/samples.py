@@ -44,7 +44,7 @@ def near(law: Law) -> Sample:
 
     def draw_near(law: Law, size: int, rng: np.random.Generator) -> dict[str, Array]:
         inputs = {port.name: draw(port, size, rng) for port in law.of_kind("input")}
-        measured: dict[str, NDArray[np.float64]] = {}
+        measured: dict[str, NDArray[np.floating]] = {}
         for rate in law.of_kind("rate"):
             counts = inputs[rate.rate_of] = walk(law, rate, size, rng)
             moved = np.diff(counts, prepend=counts[:1])

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 from asip_asm.diagnostics import closest
 from sim.laws.elements import LARGEST, NUMBER, SHOWN, RobotError
@@ -55,7 +56,10 @@ class Stated:
                     )
 
 
-def chosen(words: Mapping[str, object], name: str, default: object) -> object:
+T = TypeVar("T")
+
+
+def chosen(words: Mapping[str, T], name: str, default: T | None) -> T | None:
     """Value for a joint: its own, the file's, that for all."""
     if name in words:
         return words[name]

@@ -142,9 +142,8 @@ def tree_of(description: Description, stated: Stated) -> Tree:
     file = description.file
     records = {record.name: record for record in description.joints}
     moving = [name for name, record in records.items() if record.kind != "fixed"]
-    followers = {
-        name: records[name].mimic.leader for name in moving if records[name].mimic is not None
-    }
+    mimics = {name: records[name].mimic for name in moving}
+    followers = {name: mimic.leader for name, mimic in mimics.items() if mimic is not None}
     stated.check_names(file, moving, followers)
     held = {name: _held(file, records[name], at) for name, at in stated.locked.items()}
     bodies, links = _bodies(description, records, held)
@@ -198,7 +197,8 @@ def _check_used(file: str, stated: Stated, records: list[JointRecord]) -> None:
 
 def _held(file: str, record: JointRecord, position: float) -> float:
     """Position of a locked joint, inside its limits."""
-    if record.lower is not None and not record.lower <= position <= record.upper:
+    own = record.limits
+    if own is not None and not own[0] <= position <= own[1]:
         raise RobotError(
             f"{file}: --lock: position {position:g} of joint {record.name} is outside of its "
             f"limits {record.lower:g} to {record.upper:g}; state one: --lock {record.name}=POSITION"
@@ -324,7 +324,7 @@ def _joint(
 
 
 def _range(file: str, record: JointRecord, stated: Stated) -> tuple[float | None, float | None]:
-    own = None if record.lower is None else (record.lower, record.upper)
+    own = record.limits
     if record.kind == "continuous":
         own = (-TURNS * 2 * np.pi, TURNS * 2 * np.pi)
     found = chosen(stated.range, record.name, own)

@@ -23,7 +23,11 @@ def between_marks(page: str, texts: Mapping[str, str], file: object) -> str:
     """
     for name, text in texts.items():
         marks = re.compile(rf"(<!-- {name}: [^\n]*-->\n).*?(<!-- end of {name} -->)", re.DOTALL)
-        page, count = marks.subn(lambda found, text=text: found[1] + text + found[2], page)
+
+        def filled(found: re.Match[str], text: str = text) -> str:
+            return found[1] + text + found[2]
+
+        page, count = marks.subn(filled, page)
         if count != 1:
             raise MarksError(
                 f"{file}: error: {count} pairs of marks `<!-- {name}: ... -->`, "

@@ -101,7 +101,7 @@ def interactive(figure: Any) -> go.Figure:
             )
     made.update_layout(**layout, annotations=annotations)
     height = figure.get_size_inches()[1] * PIXELS_PER_INCH  # of the panels
-    most = max((entry["text"].count("<br>") + 1 for entry in annotations), default=0)
+    most = max((str(entry["text"]).count("<br>") + 1 for entry in annotations), default=0)
     title = TITLE_HEIGHT * most + 8
     framed(made, round(height) + FRAME_HEIGHT + title)
     return made.update_layout(legend_y=1 + title / height, margin_t=45 + title)

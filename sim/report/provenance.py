@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import datetime
 import subprocess
-from collections.abc import Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -38,17 +37,6 @@ def commit() -> str:
     except (OSError, subprocess.CalledProcessError):
         return UNKNOWN
     return found.replace("+", ", with changes that are not committed")
-
-
-def unchanged_since(commit: str, paths: Sequence[Path | str]) -> bool:
-    """Whether files below the paths are those of a commit; False where that cannot be told."""
-    if not _own_repository():
-        return False
-    command = ["git", "diff", "--quiet", commit.split(",")[0], "--", *paths]
-    try:
-        return subprocess.run(command, cwd=ROOT, capture_output=True, check=False).returncode == 0
-    except OSError:
-        return False
 
 
 def now() -> str:

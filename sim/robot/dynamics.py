@@ -75,7 +75,7 @@ def gravity_solve(robot: Robot, position: ArrayLike, lengths: ArrayLike) -> Arra
     columns = np.swapaxes(leg_directions(robot, position, lengths), -1, -2)
     load = np.zeros(columns.shape[:-1])
     load[..., 2] = carried_mass(robot, lengths) * robot.g
-    return np.linalg.solve(columns, load[..., None])[..., 0]
+    return np.asarray(np.linalg.solve(columns, load[..., None])[..., 0], np.float64)
 
 
 def gravity(robot: Robot, position: ArrayLike, lengths: ArrayLike) -> Array:

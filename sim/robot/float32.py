@@ -95,7 +95,7 @@ def numerator(c: Constants, leg: int, p: tuple, v: tuple) -> Single:
 
 def velocity(c: Constants, leg: int, p: tuple, v: tuple) -> Single:
     """v_i of (8)."""
-    return HALF * (numerator(c, leg, p, v) / np.sqrt(squared_length(c, leg, *p)))
+    return HALF * (numerator(c, leg, p, v) / length(c, leg, p))
 
 
 def acceleration(c: Constants, leg: int, p: tuple, v: tuple, a: tuple) -> Single:
@@ -145,10 +145,8 @@ def reduced_mass(c: Constants, i: Single, j: Single, k: Single) -> Single:
 
 def carried_mass(c: Constants, legs: tuple) -> Single:
     """m_z of (25)."""
-    total = c.m_p
-    for leg in legs:
-        total = total + (c.m_s * (leg - c.l_c) - c.mr_c) / leg
-    return total
+    shares: list[Single] = [(c.m_s * (leg - c.l_c) - c.mr_c) / leg for leg in legs]
+    return sum(shares, start=np.asarray(c.m_p))
 
 
 def gravity(c: Constants, p: tuple, legs: tuple, m_z: Single) -> tuple[Single, Single, Single]:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from asip_asm.interface import program_interface
+
+Floats = Sequence[float] | NDArray[np.floating]
+Counts = Sequence[int] | NDArray[np.integer]
 
 TRACKING = program_interface("tracking")
 """Inputs and outputs of the tracking law, of every program that computes it."""

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from sim.robot import dynamics, integrator, kinematics
 from sim.robot.parameters import Robot
-from sim.robot.records import SetPoints, TrackingResult, checked_counts
+from sim.robot.records import Counts, Floats, SetPoints, TrackingResult, checked_counts
 
 
 class Tracking:
@@ -27,15 +27,16 @@ class Tracking:
         self._integrators = [integrator.Integrator(robot, axis) for axis in range(5)]
         self._before: Sequence[int] | None = None
 
-    def step(self, words: Sequence[float], counts: Sequence[int]) -> TrackingResult:
+    def step(self, words: Floats, counts: Counts) -> TrackingResult:
         """One tick.
 
         words: the 15 set-points in the order of `SetPoints`, SI units; counts: five encoder counts.
         Returns tuples of Python floats. Raises WorkspaceError if the measured legs meet nowhere.
         """
         robot = self._robot
-        point, speed, acceleration = words[0:3], words[3:6], words[6:9]
-        legs_d = kinematics.lengths_of(robot, *point, math.sqrt)
+        point, speed, acceleration = tuple(words[0:3]), tuple(words[3:6]), tuple(words[6:9])
+        x_d, y_d, z_d = point
+        legs_d = kinematics.lengths_of(robot, x_d, y_d, z_d, math.sqrt)
         speeds_d = kinematics.velocities_of(robot, point, speed, legs_d)
         position_d = (*legs_d, *words[9:11])
         velocity_d = (*speeds_d, *words[11:13])

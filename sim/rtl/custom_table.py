@@ -161,7 +161,7 @@ class _Reader:
         if registers == CPU_REGISTERS and (len(operands) > 4 or operands[0] == "v"):
             raise self.fail(header, f'operands = "{operands}": a result and at most two arguments')
         cycles, unit = self.cycles(header, record["cycles"])
-        return Instruction(name, **record | {"cycles": cycles, "unit": unit})
+        return Instruction(name, **dict(record) | {"cycles": cycles, "unit": unit})
 
     def platform(self, name: str, record: Mapping) -> Platform:
         self.keys(name, record, {"doc", "components", "instructions"}, set())
@@ -180,15 +180,16 @@ class _Reader:
         owner: dict[int, str] = {}
         for key, entry in record["components"].items():
             header = f"{name}.components.{key}"
-            item = self.component(header, key, entry, instructions)
-            for n in item.numbers:
+            made = self.component(header, key, entry, instructions)
+            for n in made.numbers:
                 other = owner.setdefault(n, key)
                 if other != key:
-                    raise self.fail(header, f"numbers {block(item)} overlap `{other}` at n = {n}")
-            for other in components.values():
-                if other.macro == item.macro:
-                    raise self.fail(header, f"macro {item.macro} is already that of `{other.name}`")
-            components[key] = item
+                    raise self.fail(header, f"numbers {block(made)} overlap `{other}` at n = {n}")
+            for before in components.values():
+                if before.macro == made.macro:
+                    what = f"macro {made.macro} is already that of `{before.name}`"
+                    raise self.fail(header, what)
+            components[key] = made
         ordered = dict(sorted(instructions.items(), key=lambda pair: pair[1].n))
         return Platform(name, record["doc"], components, ordered)
 

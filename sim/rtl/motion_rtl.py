@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -247,7 +247,7 @@ class MotionRtl(Verilated):
         """One field of PATH_STATUS."""
         return REGMAP.registers["PATH_STATUS"].fields[field].of(self.read("PATH_STATUS"))
 
-    def path_faults(self) -> set[str]:
+    def path_faults(self) -> Set[str]:
         """Names of the faults in PATH_STATUS."""
         status = self.read("PATH_STATUS")
         fields = REGMAP.registers["PATH_STATUS"].fields

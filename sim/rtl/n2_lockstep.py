@@ -29,8 +29,10 @@ from sim.rtl.n2_lockstep_rtl import DTCM, ITCM, N2Rtl
 from sim.rtl.nios_image import ImageError, read_elf
 
 # Order of QEMU's log: pc, r0..r31, then these.
-LOG_CONTROL = ("status", "estatus", "bstatus", "ienable", "ipending", "cpuid", "exception")
-LOG_CONTROL += ("pteaddr", "tlbacc", "tlbmisc", "badaddr")
+LOG_CONTROL = (
+    *("status", "estatus", "bstatus", "ienable", "ipending", "cpuid", "exception"),
+    *("pteaddr", "tlbacc", "tlbmisc", "badaddr"),
+)
 LOG_COLUMNS = 33 + len(LOG_CONTROL)
 VALUE = re.compile(rb"=([0-9a-f]{8})")
 CHUNK = 1 << 22
@@ -84,6 +86,7 @@ def qemu_states(
                 # Not blocking: QEMU may die before its first line.
                 reader = os.open(fifo, os.O_RDONLY | os.O_NONBLOCK)
                 yield from _log_states(reader, process, time.monotonic() + timeout)
+                assert process.stderr is not None
                 error = process.stderr.read().decode(errors="replace").strip()
                 code = process.wait()
             finally:

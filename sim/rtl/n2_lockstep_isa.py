@@ -14,8 +14,10 @@ from asip_asm.project import ROOT
 
 ISA_FILE = ROOT / "nios_sw/isa.toml"
 OP_R, OP_CUSTOM = 58, 50
-UNITS = ("alu", "shift", "mul", "div", "load", "store", "branch", "jump", "control", "cache")
-UNITS += ("custom", "illegal")
+UNITS = (
+    *("alu", "shift", "mul", "div", "load", "store", "branch", "jump", "control", "cache"),
+    *("custom", "illegal"),
+)
 # Operand kind: lowest bit of its field, bits, signed.
 FIELDS = {
     "a": (27, 5, False),

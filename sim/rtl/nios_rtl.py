@@ -131,17 +131,17 @@ class NiosRtl(Verilated):
     @property
     def cycles(self) -> int:
         """Clock cycles simulated since the model was made."""
-        return self._call("cycles")
+        return int(self._call("cycles"))
 
     @property
     def retired(self) -> int:
         """Instructions completed since the start, modulo 2^32."""
-        return self._call("retired")
+        return int(self._call("retired"))
 
     @property
     def pc(self) -> int:
         """Byte address of the last instruction completed."""
-        return self._call("pc")
+        return int(self._call("pc"))
 
     @property
     def overrun(self) -> bool:

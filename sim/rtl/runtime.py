@@ -118,8 +118,8 @@ def _object(target: Path) -> Path:
         if not sealed(target):
             new = target.with_suffix(".new")
             source = (INCLUDE / target.name).with_suffix(".cpp")
-            paths = ["-I", INCLUDE, "-I", INCLUDE / "vltstd", "-c", source, "-o", new]
-            run([compiler(), *FLAGS, *paths], target.parent)
+            paths: list[str | Path] = ["-I", INCLUDE, "-I", INCLUDE / "vltstd", "-c", source]
+            run([compiler(), *FLAGS, *paths, "-o", new], target.parent)
             new.rename(target)
             seal(target)
     return target

@@ -84,7 +84,7 @@ def waves_of(path: Path) -> list[Wave]:
         variables = pywellen.Waveform(str(path)).all_vars()
     except Exception as error:  # a damaged file fails anywhere in the library
         raise OSError(f"{path}: error: {error}") from None
-    found = {}
+    found: dict[str, Wave] = {}
     for var in variables:
         name, bits = var.full_name, var.bitwidth
         if bits and name.count(".") <= DEEPEST and "unused" not in name:

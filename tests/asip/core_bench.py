@@ -24,6 +24,7 @@ from asip_asm.ir import Bundle, Operation, Output, Register
 from asip_asm.isa import default_isa
 from asip_asm.machine import OPERAND_READ, REFETCH, Machine, load_machine
 from sim.core.iss import Iss, RunResult, arithmetic
+from sim.core.iss.stepped import SteppedRun
 from sim.rtl.asip_bus import BLOCK, CLEAR, CSR, FAULT_NAMES, START, STATUS, register_address
 from sim.rtl.asip_rtl import AsipRtl
 from tests.asip import resilient_bench
@@ -341,10 +342,13 @@ def iss_run(program: Image) -> tuple[Iss, RunResult]:
 
 
 def expected_cycles(program: Image) -> tuple[list[int], int, dict[str, int]]:
-    """Issue cycles, CYCLES and counters of a straight-line program, by the machine description."""
+    """Issue cycles, CYCLES and counters of a program without branches, by the machine description
+    for the bundles in the order in which the instruction-set model executes them.
+    """
     target = machine(program.configuration)
     bundles = decoded(program)
-    issues = target.issue_cycles(bundles)
+    order = executed(program)
+    issues = target.issue_cycles([bundles[i] for i in order])
     cycles = target.run_cycles(bundles)
     counters = {
         "STALL_OPERAND": sum(issue.operand + issue.waw for issue in issues),
@@ -356,10 +360,22 @@ def expected_cycles(program: Image) -> tuple[list[int], int, dict[str, int]]:
     return [issue.cycle for issue in issues], cycles, counters
 
 
+def executed(program: Image) -> list[int]:
+    """Bundles in the order in which the instruction-set model executes them."""
+    if not any(bundle.ends for bundle in decoded(program)):
+        return list(range(len(program.bundles)))
+    run = SteppedRun(Iss(program.to_json(), sincos=rtl_sincos))
+    order = []
+    while run.position is not None:
+        order.append(run.position)
+        run.step()
+    return order
+
+
 def verify(program: Image, where: str = "", *, timing: bool = True) -> CoreRun:
     """Run an image: words, flags and outputs as the model has them, every cycle accounted for.
 
-    With `timing` (straight-line programs) also issue cycles and counters of the machine
+    With `timing` (programs without branches) also issue cycles and counters of the machine
     description. A failure says `where`, and how to replay.
     """
     got = run(program)
@@ -367,6 +383,7 @@ def verify(program: Image, where: str = "", *, timing: bool = True) -> CoreRun:
         _check_values(program, got)
         assert len(got.issued) + sum(got.stalls.values()) == got.cycles, f"{got.stalls}"
         if timing:
+            assert got.bundle_order == executed(program)
             issues, cycles, counters = expected_cycles(program)
             assert got.issue_cycles == issues
             assert (got.cycles, got.stalls) == (cycles, counters)

@@ -38,11 +38,11 @@ MINUS_ONE, SMALL = "k100", ("k101", "k102", "k103")
 
 @dataclass
 class Writer:
-    """Text of one program; `straight` leaves branches out."""
+    """Text of one program, `kind` 'straight', 'branching' or 'loops' (those of the core)."""
 
     configuration: str
     rng: random.Random
-    straight: bool
+    kind: str
     rows: list[str] = field(default_factory=list)
     outputs: int = 0
     labels: int = 0
@@ -51,6 +51,7 @@ class Writer:
 
     def __post_init__(self) -> None:
         self.sought: tuple[str, int] | None = None
+        self.depth = 0
         self.registers = self.rng.choice(REGISTERS)
 
     def text(self) -> str:
@@ -163,13 +164,15 @@ class Writer:
 
     def step(self) -> None:
         kind = self.rng.random()
-        if kind < 0.06 and self.outputs < ISA.outputs:
+        if kind < 0.06 and self.outputs < ISA.outputs and not self.depth:
             self.rows.append(self.bundle(self.output()))
         elif kind > 0.97:
             self.rows += ["{ nop }"] * self.rng.randrange(1, 12)
-        elif not self.straight and kind < 0.14:
+        elif self.kind == "loops" and kind < 0.14 and self.depth < 3:
+            self.rounds()
+        elif self.kind == "branching" and kind < 0.14:
             self.branch()
-        elif not self.straight and kind < 0.18:
+        elif self.kind == "branching" and kind < 0.18:
             self.loop()
         else:
             self.rows.append(self.bundle())
@@ -200,14 +203,25 @@ class Writer:
             self.rows.append(self.bundle(f"jmp {label}"))
         self.rows.append(f"{out}:\n{self.bundle()}")
 
+    def rounds(self) -> None:
+        """A loop of the core. Each body seeks the streams that it takes words of."""
+        self.rows.append(self.bundle(f"loop {self.rng.choice((1, 2, 2, 3, 7))}"))
+        self.depth += 1
+        self.places.clear()
+        for _ in range(self.rng.randrange(1, 6)):
+            self.step()
+        self.places.clear()
+        self.depth -= 1
+        self.rows.append("endloop")
+
 
 def check(configuration: str, kind: str, number: int) -> int:
     """One program; a failure names the seed and the source. Returns operations executed."""
     rng = random.Random(f"{SEED} {configuration} {kind} {number}")
-    text = Writer(configuration, rng, kind == "straight").text()
+    text = Writer(configuration, rng, kind).text()
     program = bench.assembled(text)
     hint = f"SEED={SEED}, {configuration} {kind} program {number}"
-    got = bench.verify(program, hint, timing=kind == "straight")
+    got = bench.verify(program, hint, timing=kind != "branching")
     operations = [sum(op is not None for op in item.slots) for item in bench.decoded(program)]
     return sum(operations[address] for address in got.bundle_order)
 

@@ -4,7 +4,7 @@
 .const  c = 1, d = 2 ; error: 'd' is a second name; this directive declares one => write .const d ... in a line of its own
 .output F, safe = 0.0
 again ; error: unknown operation 'again' => a label is written with a colon: again:
-loop    fadd t, x, y ; error: unknown operation 'loop' => a label is written with a colon: loop:
+again   fadd t, x, y ; error: unknown operation 'again' => a label is written with a colon: again:
         add     t, x, y ; error: unknown operation 'add' => did you mean 'fadd', for integers 'iadd'?
         mul     u, x, y ; error: unknown operation 'mul' => did you mean 'fmul'?
         FADD    u, x, y ; error: unknown operation 'FADD' => operations are written in lower case: fadd

@@ -57,6 +57,7 @@ HAND = [
     ),
     # the second stream: bit 15 of the immediate
     (Operation("seek", imm=1 << 15 | 5), "000110 1000000 000000000 000000000 000000101"),
+    (Operation("loop", imm=2 << 14 | 9), "000111 1000000 000000000 000000000 000001001"),
     (
         Operation("fmadd", reg("b1"), reg("s1"), reg("k2"), reg("b1")),
         "010000 0000001 110000001 100000010 010000001",

@@ -24,6 +24,7 @@ from typing import Any
 import pytest
 
 from sim.bus import ethercrab_master
+from sim.bus.linuxcnc import config as linuxcnc
 from sim.bus.tap import NamespaceError, in_namespace
 from sim.motion.gcode import oracle
 from sim.rtl.n2_lockstep import find_qemu
@@ -118,6 +119,11 @@ TOOLS: dict[str, tuple[str, Callable[[], Any], str]] = {
         "parsing the plain Verilog of the cores with another simulator",
         lambda: shutil.which("iverilog"),
         "scripts/debian_tool.sh iverilog",
+    ),
+    "linuxcnc": (
+        "LinuxCNC itself, driving the machine",
+        lambda: not linuxcnc.missing() or None,
+        linuxcnc.FETCH,
     ),
     "nios-gcc": (
         "building the programs of the Nios II systems, and comparing C with the components",

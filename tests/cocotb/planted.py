@@ -12,7 +12,6 @@ they depend on in build/cocotb/planted.json.
 
 from __future__ import annotations
 
-import hashlib
 import json
 import re
 import shutil
@@ -28,6 +27,7 @@ from asip_asm.files import write_text
 from asip_asm.project import BUILD
 from sim.cocotb import golden
 from sim.cocotb.runner import Simulation, outcomes
+from sim.core.fpbench.campaign import mark_of
 from sim.report.goals import Goal, at_least, exactly, not_measured
 from sim.rtl import runtime
 from sim.rtl.sources import sources_of
@@ -130,15 +130,14 @@ def sources(case: Case, run: Run) -> list[Path]:
 
 def fingerprint(case: Case) -> str:
     """Hash of all that the verdict depends on."""
-    digest = hashlib.sha256(repr((case, runtime.toolchain())).encode())
+    paths: list[Path] = []
     for run in (FINDERS[name] for name in case.runs):
-        digest.update(repr((run.parameters, run.only)).encode())
         names = {getattr(value, "__module__", "") or "" for value in vars(run.bench).values()}
         drivers = [sys.modules[name] for name in sorted(names) if name.startswith("sim.cocotb.")]
-        files = [Path(module.__file__) for module in (run.bench, golden, *drivers)]
-        for path in (*files, *sources_of(run.top)):
-            digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
+        paths += [Path(module.__file__) for module in (run.bench, golden, *drivers)]
+        paths += sources_of(run.top)
+    choices = [(FINDERS[name].parameters, FINDERS[name].only) for name in case.runs]
+    return mark_of(paths, case, runtime.toolchain(), choices)
 
 
 def finder(case: Case) -> str:

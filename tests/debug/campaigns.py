@@ -22,7 +22,7 @@ from tests.asip.test_core_random import Writer
 
 PROGRAMS = Path(core_bench.ROOT) / "asip_asm/programs"
 SHIPPED = ("tracking_optimised", "tracking_as_printed", "planner_scurve", "planner_trajectory")
-BANKS = {"fast": "abc", "small": "ac"}
+BANKS = {"fast": "abc", "small": "ac", "stream": "abc"}
 DATA = 32  # words of data memory compared
 LIMIT = 200_000  # clocks of a run
 
@@ -54,9 +54,10 @@ def shipped(name: str, configuration: str = "fast") -> Image:
 
 
 def written(seed: int, configuration: str = "fast") -> Image:
-    """A random program: straight or with branches."""
+    """A random program: straight, or with branches, on a core with loops with loops."""
     rng = random.Random(seed)
-    text = Writer(configuration, rng, straight=bool(seed % 2)).text()
+    others = "loops" if configuration == "stream" else "branching"
+    text = Writer(configuration, rng, "straight" if seed % 2 else others).text()
     return core_bench.assembled(text, configuration)
 
 

@@ -35,6 +35,8 @@ NOT_RUN = {
     "make run": "minutes: the main job, tests/run",
     "make test": "is what runs this",
     ".venv/bin/microtick motion": "minutes",
+    ".venv/bin/microtick linuxcnc": "minutes: tests/ethercat/test_linuxcnc.py",
+    "scripts/debian_tool.sh": "installs packages",
     ".venv/bin/pytest": "tests/docs/test_debugging.py runs it",
     ".venv/bin/microtick dual": "minutes",
     ".venv/bin/microtick bitstream": "place and route, minutes",

@@ -40,11 +40,6 @@ def test_page__of_missing_or_partial_results__stays(tmp_path, monkeypatch) -> No
     assert page.missing() == ""
 
 
-def test_page__whose_writer_lacks_a_package__stays() -> None:
-    page = Page("docs/registers.md", "writer.py", cure="make setup-synth", package="no_such_yosys")
-    assert page.missing() == "no no_such_yosys; make setup-synth installs it"
-
-
 def test_results__without_a_goal__are_a_part() -> None:
     assert not all_goals({"goals": [{"ours": "1"}, {"ours": ""}]})
 

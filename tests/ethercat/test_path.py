@@ -8,63 +8,21 @@ path takes minutes. `test_device__gives_the_same_words` compares its words with 
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 from sim.bus.coe.dictionary import load
-from sim.bus.machine import AXES, FLAGS, POWER, TORQUE_ONLY, Machine
+from sim.bus.machine import AXES, Machine
 from sim.bus.path_run import Curves, Drive, path_of, poses
 from sim.bus.session import inputs, outputs
 from sim.robot.parameters import Robot
 from tests.bench.needs import needs
 from tests.ethercat.host import DEVICE, Host
+from tests.ethercat.host_link import HostLink
 from tests.ethercat.masters import report_of
 
 TOOL, TABLE = 10e-6, 5e-4
-
-
-class HostWords:
-    """The words of a control tick, to and from the application on this machine."""
-
-    def __init__(self, host: Host) -> None:
-        self.host = host
-        self.inputs, self.outputs = np.zeros(16, np.uint32), np.zeros(29, np.uint32)
-
-    def tick(self) -> None:
-        feedback, command = self.host.feedback, self.host.command
-        axes = np.ctypeslib.as_array(feedback.axis)
-        axes["position"] = self.inputs[:AXES].view(np.int32)
-        axes["torque"] = self.inputs[AXES : 2 * AXES].view(np.int16)[::2]
-        feedback.pose[:] = self.inputs[2 * AXES : 3 * AXES].view(np.float32).tolist()
-        self.host.held = set(range(AXES))
-        self.host.cycle()
-        axes = np.ctypeslib.as_array(command.axis)
-        names = ("position", "fraction", "velocity", "acceleration")
-        self.outputs[: 4 * AXES] = np.concatenate([axes[n].copy().view(np.uint32) for n in names])
-        torques = axes["torque"].astype(np.uint16)
-        self.outputs[FLAGS] = torques | POWER * axes["power"] | TORQUE_ONLY * axes["torque_only"]
-        place = command.setting_index << 8 | command.setting_subindex
-        value = np.float32(command.setting_value).view(np.uint32)
-        self.outputs[5 * AXES :] = command.digital_outputs, command.setting_number, place, value
-
-
-class HostLink:
-    """Process data as they come over the wire: taken by the pass behind the one they meet."""
-
-    def __init__(self, host: Host) -> None:
-        self.host, self.rtl = host, HostWords(host)
-        self.words: list[np.ndarray] = []
-
-    def cycle(self, data: bytes, ticks: int, tick: Callable[[], None]) -> bytes:
-        back = self.host.read(0x1800, DEVICE.bytes("tx"))
-        for n in range(ticks):
-            tick()
-            self.words.append(self.rtl.outputs.copy())
-            if n == 0:
-                self.host.write(0x1200, data)
-        return back
 
 
 def run(ticks: int | None) -> tuple[Drive, Curves, HostLink]:

@@ -16,6 +16,7 @@ from scripts.units_page import PAGE, RTL, PageError, main
 from sim.core.fpbench.native import LANES
 from sim.core.fpbench.variants import bench_unit
 from sim.rtl.build import ROOT, verilator_driver
+from sim.rtl.figures import rtl_mark
 from sim.rtl.plain import plain
 from sim.rtl.sources import sources_of
 from tests.bench.commands import output
@@ -81,7 +82,7 @@ def test_units__file_list_without_latency__is_an_error(tmp_path: Path) -> None:
 
 
 def test_mark__of_sources__sees_code_but_no_comment_and_no_other_latency(tmp_path: Path) -> None:
-    mark = units_page.source_mark("fp_i2f")
+    mark = rtl_mark("fp_i2f")
     for n, (file, old, new, same) in enumerate(
         [
             ("fp_round.sv", "// fp_round:", "// fp_round, again:", True),
@@ -90,7 +91,7 @@ def test_mark__of_sources__sees_code_but_no_comment_and_no_other_latency(tmp_pat
         ]
     ):
         copy = changed(tmp_path / str(n), file, old, new)
-        assert (units_page.source_mark("fp_i2f", copy) == mark) is same, file
+        assert (rtl_mark("fp_i2f", folders=(copy,)) == mark) is same, file
 
 
 def test_example__of_the_page__elaborates_with_the_file_list(tmp_path: Path) -> None:

@@ -64,7 +64,7 @@ for name in verbs.verbs(verbs.offered()):
     found[name] = status, said.getvalue()
 print(json.dumps(found))
 """
-NEED_AN_EXTRA = {"model", "cocotb", "robots", "side-by-side"}
+NEED_AN_EXTRA = {"model", "cocotb", "linuxcnc", "robots", "side-by-side"}
 OF_THE_EXTRA = (
     *("microtick.asip_asm.model.", "microtick.sim.laws."),
     *("microtick.sim.bench.platforms.", "microtick.sim.bench.shown_robots."),
@@ -74,8 +74,9 @@ OF_THE_EXTRA = (
 OF_THE_BUS = [  # the extra `bus`
     f"microtick.sim.bus.{module}"
     for module in (
-        *("dc_run", "death_run", "device_run", "disturbed_run", "kickcat_master", "path_run"),
-        *("pysoem_master", "redundant", "session"),
+        *("dc_run", "death_run", "device_run", "disturbed_run", "kickcat_master"),
+        *("linuxcnc.machine", "linuxcnc.master", "linuxcnc.page", "linuxcnc.result"),
+        *("path_page", "path_run", "pysoem_master", "redundant", "session"),
     )
 ]
 OF_LITEX = ["microtick.sim.rtl.litex"]  # the extra `litex`

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
@@ -21,31 +20,15 @@ SOURCES = ("asip_asm", "sim")  # folders
 FILES = ("Makefile", "pyproject.toml", "requirements.lock", "scripts/bootstrap.sh")
 
 
-@dataclass(frozen=True)
-class Case:
-    """A case of a campaign; its outcome is stored as a campaign stores a task's."""
-
-    path: Path
-
-
 @cache
 def fingerprint(module: str) -> str:
     """Changes with whatever the campaign of a module of this folder runs."""
     own = sorted(HERE.glob(f"*{module}.py"))
     folders = [file for name in SOURCES for file in (ROOT / name).rglob("*.*")]
-    digest = hashlib.sha256()
-    for file in [*own, *(ROOT / name for name in FILES), *sorted(folders)]:
-        if file.is_file() and file.suffix != ".pyc":
-            digest.update(f"{file.relative_to(ROOT)}".encode() + file.read_bytes())
-    return digest.hexdigest()[:16]
+    return campaign.mark_of([*own, *(ROOT / name for name in FILES), *folders])
 
 
 def resumed(module: str, key: str, measure: Callable[[], dict]) -> dict:
     """The stored outcome of a case of a campaign, else that of `measure`, which is then stored."""
     name = hashlib.sha256(key.encode()).hexdigest()[:16]
-    case = Case(OUTCOMES / module / f"{name}-{fingerprint(module)}.json")
-    found = campaign.finished(case)
-    if found is None:
-        found = measure()
-        campaign.store(case, found)
-    return found
+    return campaign.kept(OUTCOMES / module / f"{name}-{fingerprint(module)}.json", measure)

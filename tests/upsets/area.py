@@ -7,7 +7,6 @@ So each core is mapped several times, its cells in random orders, and the median
 
 from __future__ import annotations
 
-import hashlib
 import json
 import random
 import statistics
@@ -17,6 +16,7 @@ from pathlib import Path
 from asip_asm.project import BUILD
 from scripts.synth_unit import _run, read_commands, units_kept
 from sim.bench.motion.sizes import FLOWS
+from sim.core.fpbench.campaign import mark_of
 from sim.rtl.sources import sources_of
 
 RESULT = BUILD / "upsets/area.json"
@@ -31,10 +31,7 @@ ORDERS = (1, 2, 3, 4, 5)
 
 
 def _mark() -> str:
-    digest = hashlib.sha256(repr(ORDERS).encode() + Path(__file__).read_bytes())
-    for path in sources_of("asip"):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:12]
+    return mark_of([*sources_of("asip"), Path(__file__)], ORDERS)
 
 
 def measure() -> dict[str, list[int]]:

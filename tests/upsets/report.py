@@ -3,14 +3,17 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from asip_asm.files import write_text
 from asip_asm.project import BUILD, ROOT
 from sim.report.goals import Goal, as_json, at_most, depth, not_measured, write_goals
 from sim.report.marks import between_marks
 from sim.report.provenance import commit
+from sim.rtl.figures import rtl_mark
 from tests.upsets.area import ORDERS
 from tests.upsets.campaign import WRONG
 from tests.upsets.model import EFFECTS, LATER, TICKS
@@ -18,6 +21,7 @@ from tests.upsets.plan import BLOCKS, KINDS, SEED
 
 OUTPUT = BUILD / "upsets.json"
 PAGE = ROOT / "docs/upsets.md"
+DATA = ROOT / "docs/data/upsets.json"
 AREAS = {
     "resilient": "area of redundancy",
     "record": "area of redundancy and the plausibility record",
@@ -142,7 +146,9 @@ def table(core: Mapping[str, Any]) -> list[str]:
 
 def update_page(cores: Mapping[str, Mapping[str, Any]], rows: Sequence[Goal]) -> None:
     """Put the tables between the marks of the page."""
-    lines = ["", f"Measured at commit {commit()}.", ""]
+    figures = {"commit": commit(), "rtl": rtl_mark("asip")}
+    write_text(DATA, json.dumps(figures, indent=2) + "\n")
+    lines = [""]
     for name, core in cores.items():
         errors = sorted(case["error"] for case in core["cases"] if case["effect"] in WRONG)
         large = sum(error > LARGE for error in errors)

@@ -186,7 +186,7 @@ def simulate(drive: Drive, move: ThereAndBack, k1: float, k2: float) -> Response
         block = forward @ state
         states[k * SUBSTEPS + 1 : (k + 1) * SUBSTEPS + 1] = block
         state = block[-1].copy()
-    t = np.arange(len(states)) * step
+    t = np.arange(len(states), dtype=np.float64) * step
     acceleration = states[:, :n] @ a[1] + b[1] * states[:, n]
     return Response(
         t=t,

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +22,7 @@ from sim.bench.cnc.position_loop import Case, Drive, DriveError
 from sim.core import closed_loop
 from sim.core.controller import LawController, LawTicks, one_tick
 from sim.robot.parameters import Robot
-from sim.robot.records import SetPoints
+from sim.robot.records import Counts, Floats, SetPoints
 from sim.robot.tracking import Tracking, joint_path
 
 COMPUTED_TORQUE = "computed torque"
@@ -42,20 +42,21 @@ class DriveController:
         drive = drive or leg_drive(robot)
         if drive.damping is None:
             raise DriveError("damping = None: the drives of the legs are of second order")
+        self._damped = 2.0 * drive.damping * drive.natural
         self._robot, self._law, self._drive = robot, Tracking(robot), drive
         self._k1, self._k2 = case.gains(drive)
         self._mass: tuple[float, ...] = ()
         self._force: list[float] = []
 
-    def prime(self, words: Sequence[float], counts: Sequence[int]) -> None:
+    def prime(self, words: Floats, counts: Counts) -> None:
         """Take mass and weight at the start."""
         start = Tracking(self._robot).step(words, counts)
         self._mass, self._force = tuple(start.mass[:3]), list(start.gravity[:3])
 
-    def step(self, words: Sequence[float], counts: Sequence[int]) -> LawTicks:
+    def step(self, words: Floats, counts: Counts) -> LawTicks:
         """One tick."""
         law, robot, drive = self._law.step(words, counts), self._robot, self._drive
-        rigid, damped = drive.natural**2, 2.0 * drive.damping * drive.natural
+        rigid, damped = drive.natural**2, self._damped
         output = list(law.output)
         for leg in range(3):
             word = drive.kp * law.e[leg] + self._k1 * law.velocity_d[leg]
@@ -93,11 +94,12 @@ def simulate(
 ) -> RobotRun:
     """A path from rest under a drive case, None: the computed-torque law. payload: error [kg]."""
     plant = dataclasses.replace(robot, m_p=robot.m_p + payload)
+    controller: closed_loop.Controller
     controller = LawController(robot) if case is None else DriveController(robot, case)
     recording = closed_loop.run(plant, path, controller, progress)
     desired = joint_path(robot, path)[0]
     return RobotRun(
         leg_error=(desired - recording.joints)[:, :3],
-        force=recording.ticks.outputs[:, :3],
+        force=recording.ticks.outputs[:, :3].astype(np.float64),
         tracking=closed_loop.tracking_error(robot, path, desired, recording),
     )

@@ -156,8 +156,7 @@ def run(
             moved = math.copysign(max(0.0, abs(free) - grip), free)
             angle += 0.5 * (speed + moved) * step
             speed = moved
-    t, angles, torques, motor, other = zip(*rows, strict=True)
-    return Run(np.array(t), np.array(angles), np.array(torques), np.array(motor), np.array(other))
+    return Run(*(np.array(column) for column in zip(*rows, strict=True)))
 
 
 def load_step(servo: Servo, load: float = LOAD_TORQUE) -> Run:

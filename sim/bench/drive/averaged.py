@@ -24,6 +24,7 @@ from sim.bench.drive.plant import AXES, Plant
 from sim.bench.drive.start_up import WINDOW, least_clocks
 from sim.laws.drive.clocks import HALF_PERIOD, LOOP_PERIOD, MACROS
 from sim.laws.drive.current_law import MAGIC, Setting
+from sim.robot.records import Floats
 from sim.rtl import runtime
 from sim.rtl.build import machine_flag
 
@@ -55,8 +56,15 @@ def library(plant: Plant, setting: Setting, parameters: Mapping[str, float]) -> 
             common = ["-O2", "-fPIC", "-ffp-contract=off", *machine_flag(), f"-I{HERE}", "-I."]
             c = ["-x", "c", f"{NAME}.c", "-c", "-o", f"{NAME}.o"]
             runtime.run([runtime.compiler(), *common, *defines, *c], folder)
-            cpp = ["-std=c++17", "-shared", HERE / "averaged.cpp", f"{NAME}.o", "-o", path]
-            runtime.run([runtime.compiler(), *common, *defines, *cpp], folder)
+            cpp = [
+                "-std=c++17",
+                "-shared",
+                str(HERE / "averaged.cpp"),
+                f"{NAME}.o",
+                "-o",
+                str(path),
+            ]
+            runtime.run([runtime.compiler(), *common, *defines, *cpp, "-o", path], folder)
             runtime.seal(path)
     return path
 
@@ -73,7 +81,7 @@ class AveragedPlant:
         plant: Plant,
         setting: Setting,
         at: Sequence[float],
-        angles: Sequence[float] | None = None,
+        angles: Floats | None = None,
         zeros: ArrayLike | None = None,
         noise: float = 0.0,
     ) -> None:
@@ -119,6 +127,11 @@ class AveragedPlant:
     def tool(self) -> NDArray[np.float64]:
         """Position of the tool [m]."""
         return self._state[5:8].copy()
+
+    @property
+    def table(self) -> NDArray[np.float64]:
+        """Angles of the table [rad]."""
+        return self._state[3:5].copy()
 
     def counts(self) -> tuple[int, ...]:
         """Of the five encoders."""

@@ -31,7 +31,9 @@ from sim.rtl.gen.dual_regmap import REGMAP as DUAL
 CURRENT, FRONT_END = 1 << 16, 2 << 16  # of the address
 ORDER_FILTER = (0.0, 0.0, 0.0, 1e-3, 1e-3)  # of the table's axes, whose counts are coarse [s]
 CONFIGURATIONS = {"trajectory": "small", "tracking": "fast", "current": "small"}
-CONTROL_PERIOD = DUAL.registers["PERIOD"].reset  # clocks
+_PERIOD = DUAL.registers["PERIOD"].reset
+assert _PERIOD is not None
+CONTROL_PERIOD = _PERIOD  # clocks
 OPTIONS = Options(configuration=CONFIGURATIONS["current"], reassociate=True, reciprocal=True)
 STATUS = REGMAP.registers["STATUS"].fields
 HALF = np.dtype(
@@ -117,7 +119,11 @@ class ChainRtl(DualRtl):
         """The plant as it is."""
         out = np.zeros(34)
         self._lib.chain_look(self._handle, out.ctypes.data)
-        return Look(*(out[i : i + 5] for i in range(0, 30, 5)), *(int(v) for v in out[30:]))
+        joints, place, i_d, i_q, bristles, rates = (out[i : i + 5] for i in range(0, 30, 5))
+        clock, shoot_through, released, silent = (int(value) for value in out[30:])
+        return Look(
+            *(joints, place, i_d, i_q, bristles, rates, clock, shoot_through, released, silent)
+        )
 
     def begun(self) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
         """Joints (5,) and tool (3,) in the first clock of the last control period; that clock

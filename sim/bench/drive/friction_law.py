@@ -98,17 +98,18 @@ def friction_law(robot: Robot, drives: Drives, kind: str, share: float = 1.0) ->
     law = own.optimised(robot)
     if kind == "none":
         return law
-    names = [law.function.name_in(k) for k in range(law.function.n_in())]
-    inputs = {name: ca.SX.sym(name, *law.function.size_in(name)) for name in names}
-    out_names = [law.function.name_out(k) for k in range(law.function.n_out())]
+    own_law = law.in_casadi
+    names = [own_law.name_in(k) for k in range(own_law.n_in())]
+    inputs = {name: ca.SX.sym(name, *own_law.size_in(name)) for name in names}
+    out_names = [own_law.name_out(k) for k in range(own_law.n_out())]
     place, v, a = ([inputs[n] for n in own.SET_POINTS[k : k + 3]] for k in (0, 3, 6))
     counts = ca.vertsplit(inputs["count"])
-    errors, speeds, *_ = own.short_kinematics(robot, place, v, a, counts[:3])
-    errors += [
+    parts, speeds, *_ = own.short_kinematics(robot, place, v, a, counts[:3])
+    parts += [
         own.table_errors(robot, inputs[name], count)
         for name, count in zip(("alpha", "gamma"), counts[3:], strict=True)
     ]
-    errors = [sum(terms[1:], terms[0]) for terms in errors]
+    errors = [sum(terms[1:], terms[0]) for terms in parts]
     speeds = [*speeds, inputs["w_alpha"], inputs["w_gamma"]]
     ports = list(law.ports)
     integrals = ca.vertsplit(inputs["integral"])
@@ -119,7 +120,7 @@ def friction_law(robot: Robot, drives: Drives, kind: str, share: float = 1.0) ->
         integrals[n] = resumed(integrals[n], moving[n], hidden, speeds[n])
     arguments = inputs | {"integral": ca.vertcat(*integrals)}
     with own.as_written():
-        results = law.function.call(list(arguments.values()))
+        results = own_law.call(list(arguments.values()))
     found = dict(zip(out_names, results, strict=True))
     for n, before in moving.items():
         inputs[f"moving{n}"] = before
@@ -151,8 +152,8 @@ def friction_law(robot: Robot, drives: Drives, kind: str, share: float = 1.0) ->
             states = [ca.SX.sym(f"{name}{n}") for name in STAGES]
             inputs |= {state.name(): state for state in states}
             ports += [Port("state", state.name(), limits=(-2.0, 2.0)) for state in states]
-            after, pulse = pulse_of(robot, n, states, force * (1 / believed.coulomb))
-            found |= {f"{s.name()}_next": v for s, v in zip(states, after, strict=True)}
+            stages, pulse = pulse_of(robot, n, states, force * (1 / believed.coulomb))
+            found |= {f"{s.name()}_next": v for s, v in zip(states, stages, strict=True)}
             step = learning(robot, n, believed) * errors[n] * pulse
             found[f"share{n}_next"] = ca.fmax(ca.fmin(estimate + step, BOUNDS[1]), BOUNDS[0])
             force = estimate * force

@@ -28,6 +28,8 @@ BEGIN = 1210  # clock of a half in which periods are let begin: the next half's 
 class ChainController(TwoProcessors):
     """`TwoProcessors` in `drive_chain`; control periods begin with a half of the carrier."""
 
+    system: ChainRtl
+
     def start(self) -> None:
         place = (self.system.look().clock - 64) % HALF_PERIOD
         self.system.clock((BEGIN - place) % HALF_PERIOD)

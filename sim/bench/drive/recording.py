@@ -92,7 +92,7 @@ def record(
     )
 
 
-def path_and_moves(robot: Robot, ticks: int) -> tuple[SetPoints, list[Move]]:
+def path_and_moves(robot: Robot, ticks: int) -> tuple[SetPoints, tuple[Move, ...]]:
     """First ticks of the path of reversals, and its moves."""
     settings = MotionSettings(robot)
     trajectory = generate(parse_file(PATH, robot=robot), settings)

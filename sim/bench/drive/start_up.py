@@ -20,6 +20,7 @@ from sim.bench.drive.status import told
 from sim.laws.drive.clocks import CLOCK, HALF_PERIOD
 from sim.laws.drive.current_law import MAGIC, Setting
 from sim.robot.drives import Drives
+from sim.robot.records import Counts, Floats
 
 WINDOW = 700  # the currents' windows begin in this clock of a half period
 ALL = (1 << AXES) - 1
@@ -58,7 +59,7 @@ def trip_size(drives: Drives) -> int:
     return round(FAST_FULL_SCALE * trip_current(drives) / drives.current_scale)
 
 
-def configure(system: ChainRtl, drives: Drives, setting: Setting, counts: Sequence[int]) -> None:
+def configure(system: ChainRtl, drives: Drives, setting: Setting, counts: Counts) -> None:
     """Program and registers; counts: the machine's position [counts].
 
     The bus voltage trips below 0.8 of what it should be, a current at `trip_current`. Parameters
@@ -197,7 +198,7 @@ def fitted_angles(
     return np.arctan2(fit[1], fit[0]), np.hypot(fit[0], fit[1]), off
 
 
-def write_angles(system: ChainRtl, angles: Sequence[float]) -> None:
+def write_angles(system: ChainRtl, angles: Floats) -> None:
     """Electrical angles where the counters are 0, known from a table instead of `align`."""
     values = {f"angle{n}": float(angle) for n, angle in enumerate(angles)}
     write_constants(system.current, system.current.image, values)

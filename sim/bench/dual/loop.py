@@ -160,15 +160,14 @@ def follow(
     pending = list(stretches)
     total = len(loop.ticks)
     while loop.done < total:
-        other = None
-        stretch = pending[0] if pending else None
-        if stretch and stretch.start == loop.done:
+        other, stretch = None, pending[0] if pending else range(total, total)
+        if pending and stretch.start == loop.done:
             pending.pop(0)
             end = stretch.stop
             other = loop.repeat(end, period_clocks)
             progress("repeat", len(stretch))
         else:
-            end = stretch.start if stretch else total
+            end = stretch.start
         while loop.done < end:
             before = loop.done
             loop.advance(min(before + PROGRESS_TICKS, end))

@@ -23,6 +23,8 @@ from sim.report.provenance import commit
 from sim.robot.parameters import ParameterError, Robot
 from sim.robot.records import SET_POINTS, SetPoints
 from sim.rtl.build import ROOT
+from sim.rtl.dual_rtl import TOP
+from sim.rtl.figures import rtl_mark
 from sim.rtl.gen.dual_regmap import REGMAP
 
 LONGEST_PERIOD = REGMAP.registers["PERIOD"].fields["value"].mask  # clocks
@@ -129,6 +131,7 @@ def results(
     settled = n > round(SETTLED_S / robot.T_s)
     return {
         "commit": commit(),
+        "rtl": rtl_mark(TOP),
         "complete": n == len(path),
         "ticks": len(path),
         "ticks_done": n,
@@ -264,7 +267,7 @@ def block(data: dict[str, Any]) -> str:
     cores = ", ".join(f"{name} core `{kind}`" for name, kind in data["configuration"].items())
     lines = [
         "",
-        f"Path A-G-H, {cores}, {data['clock_mhz']} MHz, measured at commit {data['commit']}.",
+        f"Path A-G-H, {cores}, {data['clock_mhz']} MHz.",
         "",
         *rows(("over the whole path", "ticks"), _events(data)),
         *rows(("clocks", *SPREAD), _timing(data)),

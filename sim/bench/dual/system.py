@@ -137,7 +137,7 @@ class TwoProcessors:
             }
         )
         self.start()
-        return self.periods([counts])[0]
+        return self.periods(counts)[0]
 
     def start(self) -> None:
         """Let periods begin."""
@@ -157,7 +157,7 @@ class TwoProcessors:
 
     def advance(self, counts: ArrayLike) -> np.void:
         """One period with five counts, its record. Raises ControllerFault if anything was late."""
-        record = self.periods([counts])[0]
+        record = self.periods(counts)[0]
         words = record["stored"] == len(SET_POINTS)
         if (
             self.system.stop

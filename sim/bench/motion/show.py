@@ -63,10 +63,12 @@ def rows_of(module: str, results: Iterable[Any] | dict[str, Any]) -> list[dict[s
     rows = []
     if isinstance(results, dict):
         try:
-            results = READERS[module](results)
+            found: Iterable[Any] = READERS[module](results)
         except KeyError as error:
             raise ShowError(f"{module}.figures: its document has no {error}") from None
-    for result in results:
+    else:
+        found = results
+    for result in found:
         row = asdict(result)
         missing = {"figure", "name", "unit", "published", "ours", "agrees", "file"} - set(row)
         if missing:
@@ -93,13 +95,15 @@ def read_lookahead(document: dict[str, Any]) -> list[Result]:
             ("trapezoid, beside LinuxCNC", *beside),
             ("jerk-limited", "", "", smooth, True),
         ):
-            found.append(Result("5", f"{name}, {what}", "s", *rest, LOOKAHEAD_PATH))
+            published, source, our, agrees = rest
+            label = f"{name}, {what}"
+            found.append(Result("5", label, "s", published, source, our, agrees, LOOKAHEAD_PATH))
     for corner in document["figure 6"]:
         limit, ours = corner["P [mm]"], corner["apex of the set-points [mm]"]
-        name, theirs = f"G64 P{limit:g}: apex of the set-points", lookahead_figures.LINUXCNC_APEX_MM
+        name, apex = f"G64 P{limit:g}: apex of the set-points", lookahead_figures.LINUXCNC_APEX_MM
         for label, text, source, most in (
             (name, f"<= {limit:g}", "stated", limit),
-            (f"{name}, beside LinuxCNC", f"<= {theirs[limit]}", "LinuxCNC", theirs[limit]),
+            (f"{name}, beside LinuxCNC", f"<= {apex[limit]}", "LinuxCNC", apex[limit]),
         ):
             agrees = ours <= most
             found.append(Result("6", label, "mm", text, source, ours, agrees, LOOKAHEAD_CORNER))

@@ -76,7 +76,7 @@ class PathRun:
 
     def commanded(self) -> Setpoints:
         """The poses that the counted steps stand for at the set-points: forward kinematics."""
-        times = np.arange(len(self.points)) * self.period
+        times = np.arange(len(self.points), dtype=float) * self.period
         start = joints(self.robot, self.points, self.steps)[0][0]
         places = start + np.stack([_counts(*edge, times) for edge in self.edges], axis=1)
         q = places / self.steps.scale
@@ -163,14 +163,14 @@ def run(
     lines = motion.edges()
     level = lines.direction
     found, deviations = [], []
-    times = np.arange(len(points)) * settings.period
-    for axis in range(len(AXES)):
-        rises = lines.pulses(axis)
-        negative = level[np.searchsorted(lines.clock, rises)] >> axis & 1
+    times = np.arange(len(points), dtype=float) * settings.period
+    for n in range(len(AXES)):
+        rises = lines.pulses(n)
+        negative = level[np.searchsorted(lines.clock, rises)] >> n & 1
         at = (rises - begin) / CLOCK_HZ
         count = np.cumsum(1 - 2 * negative.astype(np.int64))
         found.append((at, count))
-        plan = CubicHermiteSpline(times, place[:, axis] - place[0, axis], speed[:, axis])
+        plan = CubicHermiteSpline(times, place[:, n] - place[0, n], speed[:, n])
         planned = plan(np.clip(at, 0.0, times[-1]))
         behind = np.abs(count - planned)
         before = np.abs(np.concatenate([[0], count[:-1]]) - planned)
@@ -232,7 +232,7 @@ def draw(run: PathRun, output: Path) -> None:
     title = f"first corner, every {run.period * 1e6:g} µs"
     corner.set(xlabel="X [µm]", ylabel="Y [µm]", title=title, aspect="equal")
     corner.legend(fontsize=8)
-    times = np.arange(len(run.points)) * run.period
+    times = np.arange(len(run.points), dtype=float) * run.period
     joint = joints(run.robot, run.points, run.steps)[0]
     for axis, name in enumerate(AXES):
         miss = _counts(*run.edges[axis], times) - (joint[:, axis] - joint[0, axis])

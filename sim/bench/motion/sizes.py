@@ -7,12 +7,12 @@ stored figures are of the present RTL.
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from sim.core.fpbench.campaign import mark_of
 from sim.rtl.sources import sources_of
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -52,10 +52,9 @@ FLOWS: dict[str, tuple[str, dict[str, int], tuple[str, ...], str]] = {
 
 def mark() -> str:
     """Hash of all sources and of what is set on them: results count for these only."""
-    digest = hashlib.sha256(repr((DESIGNS, FLOWS)).encode())
-    for path in sorted({f for top, *_ in DESIGNS.values() for f in sources_of(top)}):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()
+    return mark_of(
+        (file for top, *_ in DESIGNS.values() for file in sources_of(top)), DESIGNS, FLOWS
+    )
 
 
 def within(name: str, found: Mapping[str, Any]) -> bool:

@@ -18,7 +18,6 @@ from asip_asm.command import command_parser, count, run_command
 from asip_asm.files import write_text
 from asip_asm.project import BUILD, ROOT
 from sim.bench.platforms.compare import TOPS, Request, side_by_side
-from sim.bench.run.tables import measured_at
 from sim.bench.shown_robots.job import SHOWN
 from sim.core.api import CoreFault
 from sim.laws.native.law import CompilerError
@@ -127,8 +126,7 @@ def area_section(tops: Mapping[str, Any]) -> str:
             f"| {titles[name]} | {row['aluts']} | {row['registers']} | {row['dsp_18x18']} | "
             f"{row['memory_bits'] / 1000:.0f} | {row['fmax_mhz']['median']:.0f} |"
         )
-    measured = {top: tops[top] for top in TOPS.values()}
-    return "\n".join([*lines, "", f"Measured at commit {measured_at(measured)}.", ""]) + "\n"
+    return "\n".join([*lines, ""]) + "\n"
 
 
 def _machine(machine: dict[str, Any]) -> str:

@@ -95,6 +95,7 @@ def on_core(
     compiled, image, seed = built[best].compiled, built[best].image, request.seed
     proof = prove(compiled, image, count=PROVED, seed=seed, sample=request.sample)
     clock = default_isa().clock_mhz
+    assert cycles is not None  # the RTL counts
     return _cycles(cycles, clock, best, proof.first_difference)
 
 

@@ -137,7 +137,7 @@ def _leg_error(
     """
     length, measured = reference.position_d[:, :3], np.abs(reference.position[:, :3])
     start = np.array([0.0, robot.R, 0.0])  # of leg 1
-    place = path.position
+    place = np.asarray(path.position, np.float64)
     low, start_low = _rest(place), _rest(start)
     both = 2 * np.abs(d[:, 0]) + low + start_low
     dl = low + start_low

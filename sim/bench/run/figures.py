@@ -202,7 +202,7 @@ def histogram(robot: Robot, path: SetPoints, desired: NDArray, recording: Record
         "table [µrad]": {AXES[k]: error[:, k] for k in (3, 4)},
     }
     figure = go.Figure()
-    layout = {}
+    layout: dict[str, Mapping[str, object]] = {}
     for number, (title, curves) in enumerate(panel.items(), start=1):
         values = np.concatenate(list(curves.values()))
         edges = np.histogram_bin_edges(values, BINS)
@@ -217,15 +217,16 @@ def histogram(robot: Robot, path: SetPoints, desired: NDArray, recording: Record
             )
         top = 1 - (number - 1) * (HIGH + 0.12)
         layout[f"xaxis{number}"] = {"title": {"text": title}, "anchor": f"y{number}"}
-        layout[f"yaxis{number}"] = {
+        scale: dict[str, object] = {
             "title": {"text": "ticks"},
             "anchor": f"x{number}",
             "domain": [max(0.0, top - HIGH), top],
             "type": "log",
             "dtick": 1,
         }
+        layout[f"yaxis{number}"] = scale
     return framed(figure.update_layout(**layout, barmode="overlay", bargap=0), 620)
 
 
 def _time(robot: Robot, path: SetPoints) -> NDArray[np.float64]:
-    return np.arange(len(path)) * robot.T_s
+    return np.arange(len(path), dtype=np.float64) * robot.T_s

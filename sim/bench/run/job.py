@@ -299,7 +299,7 @@ def _track(job: _Job, scope: ScopeProcess | None) -> dict[str, Any]:
     sampled = "" if order.all_ticks else "; FPGA1 and FPGA2 take a sample (RUN=full: every tick)"
     console.print(f"[bold]4/6[/] closed loop: counts from the plant, forces from the RTL{sampled}")
     with TickProgress(console, {name: (n, job.cost[name]) for name, n in job.work.items()}) as bars:
-        measured = _simulate(job, bars, scope and scope.source.place)
+        measured = _simulate(job, bars, scope.source.place if scope else None)
     touched = [entry for run in measured.programs.values() for entry in run.touched]
     if touched:
         _tell_touched(touched, console)

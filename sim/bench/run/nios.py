@@ -25,7 +25,7 @@ from sim.motion.trajectory.program import AGH, set_points
 from sim.robot import float32
 from sim.robot.errors import max_abs_error
 from sim.robot.parameters import Robot
-from sim.robot.records import OUTPUTS, SetPoints, TrackingResult
+from sim.robot.records import OUTPUTS, Counts, Floats, SetPoints, TrackingResult
 from sim.robot.tracking import joint_path
 from sim.rtl.nios_image import Program, load
 from sim.rtl.nios_map import default_system_map
@@ -82,7 +82,7 @@ class NiosController:
         self._exported = [desired + 4 * i for i in range(len(EXPORTED))]
         self.tick = 0
 
-    def prime(self, words: Sequence[float], counts: Sequence[int]) -> None:
+    def prime(self, words: Floats, counts: Counts) -> None:
         """Enable control with the first measurement as the last one."""
         self.core.write(self._input, _words(np.atleast_2d(words), np.atleast_2d(counts))[0])
         self.core.start(enable=True)
@@ -98,7 +98,7 @@ class NiosController:
         self.core.write(self._state, state.view(np.uint32).ravel())
         self.tick = tick + 1
 
-    def step(self, words: Sequence[float], counts: Sequence[int]) -> LawTicks:
+    def step(self, words: Floats, counts: Counts) -> LawTicks:
         """One tick: 15 set-points (rounded to binary32 here) and five counts."""
         return self.batch(np.asarray(words)[np.newaxis], np.asarray(counts)[np.newaxis])
 
@@ -109,8 +109,8 @@ class NiosController:
         except NiosError as error:
             raise ControllerFault(f"after tick {self.tick}: {error}") from error
         self.tick += len(words)
-        values = [part.view(np.float32) for part in (result.outputs, result.extra)]
-        return LawTicks(*values, result.cycles)
+        outputs, extra = result.outputs.view(np.float32), result.extra.view(np.float32)
+        return LawTicks(outputs, extra, result.cycles)
 
 
 def _words(words: NDArray[np.floating], counts: NDArray[np.integer]) -> NDArray[np.uint32]:

@@ -63,11 +63,10 @@ class TickProgress:
         task = self._bars.tasks[self._tasks[name]]
         before = task.completed
         self._bars.update(task.id, advance=ticks, left=left)
-        tenth = task.total / 10
+        total = task.total or 0.0
+        tenth = total / 10
         if not self._console.is_terminal and task.completed // tenth > before // tenth:
-            self._console.print(
-                f"      {name}: {task.completed:.0f} of {task.total:.0f} ticks{left}"
-            )
+            self._console.print(f"      {name}: {task.completed:.0f} of {total:.0f} ticks{left}")
 
     def _left(self) -> str:
         """Time left of all tasks, once it can be told."""

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from asip_asm.assemble import assemble
 from asip_asm.image import ConstantEntry, Image
 from sim.core.backends import number
+from sim.core.closed_loop import Machine
 from sim.core.controller import EXPORTED, AsipController
 from sim.debug.scope.source import (
     CYCLES,
@@ -32,7 +33,6 @@ from sim.debug.scope.tap import Place, Tap, Tuned
 from sim.motion.geometry.workspace import pivot_of
 from sim.report.curves import envelope
 from sim.robot.parameters import ParameterError, Robot
-from sim.robot.plant import Plant
 from sim.robot.records import COUNTS, OUTPUTS, SET_POINTS, TRACKING, SetPoints
 from sim.rtl.asip_bus import BLOCK
 
@@ -175,7 +175,7 @@ class RobotTuner:
         places = {entry.name: entry.index for entry in self._named(image)}
         for name, value in constants.items():
             words[places[name]] = int(np.float32(checked(name, value)).view(np.uint32))
-        values = {name: getattr(self._robot, name) for name in TUNABLE} | parameters
+        values = {name: getattr(self._robot, name) for name in TUNABLE} | dict(parameters)
         values |= {name: number(words[k], "float") for name, k in places.items()}
         return Tuned(values, words)
 
@@ -219,7 +219,7 @@ class LoopTap:
         self._path = np.hstack([path.position, path.table_position])
         count = len(channels(controller.image))
         self.tap = Tap(place, count, self._write)
-        self._taken = np.zeros(len(SET_POINTS))
+        self._taken: NDArray[np.floating] = np.zeros(len(SET_POINTS))
 
     def _write(self, words: Mapping[int, int]) -> None:
         for index, word in words.items():
@@ -237,7 +237,7 @@ class LoopTap:
                 self._taken[SET_POINTS.index(name)] = value
         return self._taken
 
-    def done(self, tick: int, counts: NDArray[np.int32], plant: Plant) -> None:
+    def done(self, tick: int, counts: NDArray[np.int32], plant: Machine) -> None:
         """A row of `channels`."""
         row, seen = self.tap.row, self._controller.seen
         behind = len(SET_POINTS) + len(COUNTS)
@@ -252,7 +252,7 @@ class LoopTap:
         rest[11] = self.tap.version
         self.tap.done()
 
-    def fault(self, tick: int, counts: NDArray[np.int32], plant: Plant) -> None:
+    def fault(self, tick: int, counts: NDArray[np.int32], plant: Machine) -> None:
         """The row of the tick that stopped, and why."""
         self.done(tick, counts, plant)
         self.tap.fault(self._controller.fault_text())

@@ -17,6 +17,7 @@ from rich.table import Table
 from sim.bench.run.checks import is_marked
 from sim.robot.published import Published
 from sim.robot.records import OUTPUTS, TABLE_3
+from sim.rtl.figures import measured_at
 
 ROOT = Path(__file__).resolve().parents[3]
 # Area and clock as synthesised here, else as last measured and kept, each top with its commit.
@@ -232,16 +233,6 @@ def synthesised() -> dict[str, Any]:
     found = [json.loads(file.read_text(encoding="utf-8")) for file in SYNTHESIS if file.is_file()]
     tops = {name: top for document in reversed(found) for name, top in document["tops"].items()}
     return found[0] | {"tops": tops} if found else {}
-
-
-def measured_at(tops: Mapping[str, Any]) -> str:
-    """The commit of build/synth.json's tops, or `abc (asip_fast, asip_small), def (n2_core)`."""
-    named: dict[str, list[str]] = {}
-    for name, top in tops.items():
-        named.setdefault(top.get("commit", "unknown"), []).append(name)
-    if len(named) == 1:
-        return next(iter(named))
-    return ", ".join(f"{commit} ({', '.join(names)})" for commit, names in named.items())
 
 
 def resource_table(document: Mapping[str, Any], published: Published) -> Table:

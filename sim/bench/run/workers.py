@@ -13,7 +13,9 @@ import time
 from collections.abc import Callable
 from concurrent.futures import FIRST_EXCEPTION, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from queue import Empty, Queue
+from functools import partial
+from multiprocessing.queues import Queue
+from queue import Empty
 from typing import Any
 
 from sim.bench.run.progress import TickProgress
@@ -49,8 +51,9 @@ class Workers:
     def __init__(self, bars: TickProgress) -> None:
         self._bars = bars
         self._others = set(multiprocessing.active_children())  # not ours to end
-        self._reports = multiprocessing.Queue()
-        self._pool = ProcessPoolExecutor(PROCESSES, None, _begin, (self._reports,))
+        self._reports: Queue[tuple[str, int]] = multiprocessing.Queue()
+        begin = partial(_begin, self._reports)
+        self._pool = ProcessPoolExecutor(PROCESSES, initializer=begin)
         self._names: dict[Future, str] = {}
         self.seconds: dict[str, float] = {}
 

@@ -4,16 +4,13 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 import time
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
 
 from asip_asm.command import command_parser, count, duration, run_command
-from asip_asm.files import write_text
 from asip_asm.model.read import ModelError
 from sim.bench.shown_robots.core_goals import core_goals
 from sim.bench.shown_robots.job import SHOWN, Row, goals, run_robot
@@ -21,6 +18,7 @@ from sim.bench.shown_robots.page import table, write_page
 from sim.core.api import CoreFault
 from sim.laws.elements import RobotError
 from sim.laws.prove_program import COUNT, SEED
+from sim.report.goals import as_json, terminal_table, write_goals
 
 TABLE_WIDTH = 132
 REPORT = "shown_robots.json"
@@ -59,24 +57,15 @@ def _robots(options: argparse.Namespace) -> int:
             return 1
         rows.append(row)
         # Written after each robot: a run that is stopped loses nothing.
-        found = goals(rows) + ([] if options.only else core_goals())
-        content = {"robots": {row.name: row.as_json() for row in rows}, "goals": found}
-        write_text(options.output / REPORT, json.dumps(content, indent=1) + "\n")
+        found = as_json([*goals(rows), *([] if options.only else core_goals())])
+        robots = {row.name: row.as_json() for row in rows}
+        write_goals(options.output / REPORT, found, robots=robots)
     write_page(rows, found, options.output / "robots.html")
     console = Console(width=TABLE_WIDTH)
     console.print(table(rows))
-    for goal in found:
-        print(goal_text(goal))
+    console.print(terminal_table(found))
     print(f"{options.output / REPORT}, {options.output / 'robots.html'}")
     return 0 if all(goal["met"] for goal in found) else 1
-
-
-def goal_text(goal: dict[str, Any]) -> str:
-    """Line of the table of goals."""
-    value = "-" if goal["value"] is None else f"{goal['value']:g}"
-    mark = "met" if goal["met"] else "NOT MET"
-    note = f" ({goal['note']})" if "note" in goal else ""
-    return f"{goal['name']}: {value} {goal['unit']}, goal {goal['target']:g}: {mark}{note}"
 
 
 def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:

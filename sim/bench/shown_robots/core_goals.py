@@ -10,12 +10,11 @@ from __future__ import annotations
 import operator
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from sim.bench.run.tables import synthesised
-from sim.report.provenance import unchanged_since
-from sim.rtl.build import file_list
+from sim.report.goals import Goal
+from sim.rtl.figures import is_present
 
 ROWS = (
     # top, name, field, unit, target, what is met
@@ -30,14 +29,6 @@ SEEDS = 5
 """Runs of place and route that the median of a clock needs at least."""
 
 
-LISTS = {
-    **dict.fromkeys(("asip_fast", "asip_small"), "asip/asip.f"),
-    "n2_core": "nios/n2_core.f",
-    **dict.fromkeys(("fpga1", "fpga2"), "nios/n2_system.f"),
-}
-"""Top -> list of its files."""
-
-
 @dataclass(frozen=True)
 class Figure:
     """A measured figure of a core. value: None where nothing measured it. valid: it is of the core
@@ -45,7 +36,6 @@ class Figure:
 
     value: float | None
     valid: bool
-    commit: str
     note: str
 
 
@@ -60,15 +50,15 @@ def figure(document: Mapping[str, Any], top: str, field: str) -> Figure:
         if not enough:
             note += f", with {runs} seeds of {SEEDS}"
     if value is None:
-        return Figure(None, False, commit, "not measured; microtick synth measures it")
-    current = bool(commit) and unchanged_since(commit, _sources(top, figures))
+        return Figure(None, False, "not measured; microtick synth measures it")
+    current = is_present(top, figures)
     if not current:
         note += ", the core is another one now; microtick synth measures it"
-    return Figure(value, current and enough, commit, note)
+    return Figure(value, current and enough, note)
 
 
-def core_goals(document: Mapping[str, Any] | None = None) -> list[dict[str, Any]]:
-    """Goals of build/shown_robots.json, with `commit` and `note`; value None: not measured.
+def core_goals(document: Mapping[str, Any] | None = None) -> list[Goal]:
+    """Goals of build/shown_robots.json, not met where nothing counts as measured.
 
     document: of build/synth.json, None: as `make run` finds it.
     """
@@ -76,29 +66,10 @@ def core_goals(document: Mapping[str, Any] | None = None) -> list[dict[str, Any]
     found = []
     for top, name, field, unit, target, meets in ROWS:
         own = figure(document, top, field)
-        met = own.valid and meets(own.value, target)
-        found.append(
-            dict(
-                name=name,
-                value=own.value,
-                unit=unit,
-                target=target,
-                met=met,
-                commit=own.commit,
-                note=own.note,
-            )
-        )
+        met = own.valid and own.value is not None and meets(own.value, target)
+        text = f"{'<=' if meets is operator.le else '>='} {target}"
+        found.append(Goal(name, own.value, unit, text, met, own.note))
     return found
-
-
-def _sources(top: str, figures: Mapping[str, Any]) -> list[Path]:
-    """Files of the core's modules, all of its list where the figures do not name those: the divider
-    of one configuration is not in the other."""
-    modules = figures.get("modules")
-    files = file_list(LISTS[top])
-    if modules is None:
-        return files
-    return [file for file in files if file.stem in modules or file.stem.endswith("_pkg")]
 
 
 def _runs(clock: Mapping[str, Any]) -> int:

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import functools
-import operator
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -25,6 +24,7 @@ from sim.laws.closed_loop import Arm, ClosedLoop, Machine, close_loop
 from sim.laws.laws import Settings, computed_torque, operations
 from sim.laws.prove_program import COUNT, Proof, Sample, prove
 from sim.laws.samples import near
+from sim.report.goals import Goal, at_least, at_most, exactly
 from sim.robot.parameters import Robot
 
 OPTIONS = Options(reassociate=True, reciprocal=True)
@@ -175,33 +175,32 @@ def hand_written_cycles() -> int:
     return written_cycles(HAND_WRITTEN)
 
 
-def goals(rows: Sequence[Row]) -> list[dict[str, Any]]:
-    """Name, value, unit, target and whether it is met, of the robots and of the hand-written
-    program.
-    """
-    found: list[dict[str, Any]] = []
-
-    def add(name: str, value: float, unit: str, target: float, meets=operator.le) -> None:
-        met = bool(meets(value, target))
-        found.append(dict(name=name, value=value, unit=unit, target=target, met=met))
-
+def goals(rows: Sequence[Row]) -> list[Goal]:
+    """Goals of the robots and of the hand-written program."""
+    found: list[Goal] = []
     for row in rows:
         name, proof, loop = row.name, row.proof, row.loop
         if name in CYCLES:
-            add(f"{name}, tick", row.built.cycles, "cycles", CYCLES[name])
+            found.append(at_most(f"{name}, tick", row.built.cycles, CYCLES[name], "cycles"))
         above = 100 * (row.built.cycles / row.built.bound_cycles - 1)
-        add(f"{name}, above bound", above, "%", ABOVE_BOUND)
-        add(f"{name}, compiled in", row.seconds, "s", COMPILE_SECONDS)
-        add(f"{name}, error/bound", proof.worst_fraction_of_bound, "", 1.0, operator.lt)
-        add(f"{name}, without a bound", proof.unbounded, "results", 0)
-        add(f"{name}, inputs tried", proof.inputs_tried, "", COUNT, operator.ge)
-        least, what = min(proof.within.values()), "inputs with an output inside its limits, least"
-        add(f"{name}, {what}", least, "", WITHIN, operator.ge)
-        add(f"{name}, bits unequal", float(not proof.bits_equal), "", 0.0)
-        add(f"{name}, closed loop", loop.ticks / row.rate, "s", SECONDS, operator.ge)
-        add(f"{name}, tracking to double, worst axis {loop.worst}", loop.ratio, "", RATIO)
+        worst, least = proof.worst_fraction_of_bound, min(proof.within.values())
+        what = "inputs with an output inside its limits, least"
+        axis = f"{name}, tracking to double, worst axis {loop.worst}"
+        found += [
+            at_most(f"{name}, above bound", above, ABOVE_BOUND, "%"),
+            at_most(f"{name}, compiled in", row.seconds, COMPILE_SECONDS, "s"),
+            Goal(f"{name}, error/bound", worst, "", "< 1", worst < 1),
+            exactly(f"{name}, without a bound", proof.unbounded, 0, "results"),
+            at_least(f"{name}, inputs tried", proof.inputs_tried, COUNT, ""),
+            at_least(f"{name}, {what}", least, WITHIN, ""),
+            exactly(f"{name}, bits unequal", float(not proof.bits_equal), 0, ""),
+            at_least(f"{name}, closed loop", loop.ticks / row.rate, SECONDS, "s"),
+            at_most(axis, loop.ratio, RATIO, ""),
+        ]
         for output, (error, target) in row.beside_assembly.items():
             unit = "N" if output[0] == "F" else "N m"
-            add(f"{name}, error of {output}, whole path, three digits", error, unit, target)
-    add("own robot, hand-written, tick", hand_written_cycles(), "cycles", HAND_WRITTEN_CYCLES)
+            what = f"{name}, error of {output}, whole path, three digits"
+            found.append(at_most(what, error, target, unit))
+    cycles = hand_written_cycles()
+    found.append(at_most("own robot, hand-written, tick", cycles, HAND_WRITTEN_CYCLES, "cycles"))
     return found

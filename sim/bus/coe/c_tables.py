@@ -14,6 +14,7 @@ from sim.bus.coe.dictionary import (
     MAP_ENTRIES,
     TYPES,
     Device,
+    DictionaryError,
     Entry,
     Object,
 )
@@ -98,7 +99,11 @@ def members(objects: list[Object]) -> list[str]:
                 nested.setdefault(outer, []).append(f"    {c} {inner};")
                 notes.setdefault(outer, f"{one.index:04X}")
                 continue
-            name, count = re.fullmatch(r"(\w+)(?:\[(\d+)\])?", outer).groups()
+            form = re.fullmatch(r"(\w+)(?:\[(\d+)\])?", outer)
+            if form is None:
+                place = f"object {one.index:04X}:{entry.subindex:02X}"
+                raise DictionaryError(f"{place}: field '{outer}' is no name or name[number]")
+            name, count = form.groups()
             elements = entry.bytes if entry.type == "string" else int(count) + 1 if count else 0
             plain[name] = (c, elements)
             notes.setdefault(name, f"{one.index:04X}" + (f", {entry.unit}" if entry.unit else ""))
@@ -106,8 +111,8 @@ def members(objects: list[Object]) -> list[str]:
         f"  {c} {name}{f'[{count}]' if count else ''}; /* {notes[name]} */"
         for name, (c, count) in plain.items()
     ]
-    for name, inner in nested.items():
-        lines += [f"  struct {{ /* {notes[name]} */", *inner, f"  }} {name};"]
+    for name, members in nested.items():
+        lines += [f"  struct {{ /* {notes[name]} */", *members, f"  }} {name};"]
     return lines
 
 

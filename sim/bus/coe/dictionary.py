@@ -8,6 +8,7 @@ Types and object codes: CiA 301; mapping objects and sync managers: ETG.1000.6.
 
 from __future__ import annotations
 
+import builtins
 import struct
 import tomllib
 from collections.abc import Iterator
@@ -79,7 +80,7 @@ class Entry:
         """Of struct, for a value as it stands in memory."""
         return "<" + TYPES[self.type].format
 
-    def data(self) -> bytes:
+    def data(self) -> builtins.bytes:
         """The default as it stands in memory."""
         if self.type == "string":
             return str(self.default or "").encode()
@@ -211,8 +212,8 @@ class _Reader:
             entries = self.array(dict(rest["array"]), place)
             return Object(index, name, "array", counted(entries), doc)
         if "record" in rest:
-            record = enumerate(rest["record"], start=1)
-            entries = [self.entry(dict(entry), at, place) for at, entry in record]
+            fields = enumerate(rest["record"], start=1)
+            entries = [self.entry(dict(entry), at, place) for at, entry in fields]
             return Object(index, name, "record", counted(entries), doc)
         return Object(index, name, "var", (self.entry({**rest, "name": name}, 0, place),), doc)
 

@@ -100,7 +100,7 @@ def process_data(one: ET.Element, device: Device, pdo: Pdo, tag: str, manager: i
     put(found, "Index", hexadecimal(pdo.index, 4))
     put(found, "Name", pdo.name)
     for index, subindex, bits in pdo.entries:
-        texts = {"BitLen": bits}
+        texts: dict[str, str | int] = {"BitLen": bits}
         if index:
             described = device.object(index).entry(subindex)
             texts = {"SubIndex": subindex, **texts, "Name": described.name}
@@ -143,8 +143,9 @@ def describe_type(types: ET.Element, found: Object, name: str, bits: int, done: 
     kind = child(types, "DataType", Name=name, BitSize=bits)
     at = 0
     for entry in entries:
-        texts = {"SubIdx": entry.subindex, "Name": entry.name, "Type": plain(entry)}
-        flags(child(kind, "SubItem", **texts, BitSize=entry.bits, BitOffs=at), entry)
+        item = child(kind, "SubItem", SubIdx=entry.subindex, Name=entry.name, Type=plain(entry),
+                     BitSize=entry.bits, BitOffs=at)  # fmt: skip
+        flags(item, entry)
         at += entry.bits if entry.subindex else 16
 
 

@@ -19,7 +19,16 @@ from rich.table import Table
 from asip_asm.command import command_parser, run_command
 from asip_asm.files import write_text
 from sim.core.fpbench import campaign, plan, report
-from sim.core.fpbench.native import LANES, RTL, BenchError, Unit, flag_text, operations, unit_of
+from sim.core.fpbench.native import (
+    LANES,
+    RTL,
+    BenchError,
+    Mismatch,
+    Unit,
+    flag_text,
+    operations,
+    unit_of,
+)
 from sim.core.fpbench.quick import quick
 from sim.core.fpbench.selfcheck import selfcheck
 from sim.report.marks import MarksError
@@ -100,11 +109,11 @@ def bench(arguments: argparse.Namespace) -> int:
 
 def check_reference(arguments: argparse.Namespace) -> int:
     """Host arithmetic against SoftFloat."""
-    total, wrong = 0, []
+    total, wrong = 0, list[Mismatch]()
     for name in arguments.units:
-        result = selfcheck(Unit(name), arguments.seed, arguments.cases)
-        total += result["cases"]
-        wrong += result["mismatches"]
+        cases, mismatches = selfcheck(Unit(name), arguments.seed, arguments.cases)
+        total += cases
+        wrong += mismatches
     for mismatch in wrong[:16]:
         console.print(f"host differs from SoftFloat: {mismatch}", soft_wrap=True)
     console.print(f"host reference against SoftFloat: {total} cases, {len(wrong)} differ")

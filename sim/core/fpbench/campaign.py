@@ -9,8 +9,10 @@ unchanged one does not.
 from __future__ import annotations
 
 import functools
+import hashlib
 import itertools
 import json
+import os
 import socket
 from collections.abc import Callable, Iterable
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
@@ -85,6 +87,32 @@ def execute(task: Task) -> dict:
         "shard": asdict(shard),
         **report.as_json(),
     }
+
+
+def mark_of(files: Iterable[Path], *choices: object) -> str:
+    """Fingerprint of files, each once, by name and contents, and of choices."""
+    digest = hashlib.sha256(repr(choices).encode())
+    for path in sorted(set(files)):
+        if path.is_file() and path.suffix != ".pyc":
+            digest.update(os.path.relpath(path, ROOT).encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """A task that needs no worker."""
+
+    path: Path
+
+
+def kept(path: Path, measure: Callable[[], dict]) -> dict:
+    """The result that is stored there, else that of `measure`, which is then stored."""
+    task = Measurement(path)
+    found = finished(task)
+    if found is None:
+        found = measure()
+        store(task, found)
+    return found
 
 
 def store(task: Stored, result: dict) -> None:

@@ -50,7 +50,8 @@ class Total:
 
 def collect(sections: Sequence[Section]) -> dict:
     """Everything that is stored for the present RTL, as the JSON report."""
-    rows, failures, angles = [], [], {}
+    rows, failures = [], []
+    angles: dict[str, list[native.AngleStatistics]] = {}
     units: set[str] = set()
     for section in sections:
         totals: dict[str, Total] = {}

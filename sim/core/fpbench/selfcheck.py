@@ -34,13 +34,15 @@ def oracle() -> dict[str, Callable]:
         "f2i": softfloat.f32_to_i32_saturated(softfloat.MODES["truncate"]),
         "f2i_nearest": softfloat.f32_to_i32_saturated(softfloat.MODES["nearest"]),
     }
-    compares = {name.lower(): function for name, (_, function) in softfloat.COMPARISONS.items()}
+    compares: dict[str, Callable] = {
+        name.lower(): function for name, (_, function) in softfloat.COMPARISONS.items()
+    }
     spares = {name.lower(): compares["mov"] for name in default_isa().spare_comparisons}
     return table | compares | spares
 
 
-def selfcheck(unit: Unit, seed: int = 1, cases: int = CASES) -> dict[str, int | list[Mismatch]]:
-    """Compare the references of a unit's operations; returns cases and the mismatches.
+def selfcheck(unit: Unit, seed: int = 1, cases: int = CASES) -> tuple[int, list[Mismatch]]:
+    """Compare the references of a unit's operations; returns the number of cases, the mismatches.
 
     `got` of a mismatch is the host, `want` SoftFloat.
     """
@@ -62,7 +64,7 @@ def selfcheck(unit: Unit, seed: int = 1, cases: int = CASES) -> dict[str, int | 
             values = (int(x[i]) for x in (bits, want_bits, flags, want_flags))
             wrong.append(Mismatch(op, operands, *values))
         total += len(table)
-    return {"cases": total, "mismatches": wrong}
+    return total, wrong
 
 
 def double_error(unit: Unit, op: str, operand: int) -> float:

@@ -125,7 +125,7 @@ def _is_snan(x: np.ndarray) -> np.ndarray:
     return _is_nan(x) & (x & 0x00400000 == 0)
 
 
-def _as_float(compare: Callable) -> Callable:
+def _as_float(compare: Callable) -> Callable[..., Result]:
     """A SoftFloat predicate with its 0 or 1 as 0.0 or 1.0."""
 
     def function(a: np.ndarray, b: np.ndarray) -> Result:
@@ -135,7 +135,7 @@ def _as_float(compare: Callable) -> Callable:
     return function
 
 
-def _quiet(compare: Callable, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def _quiet(compare: Callable, a: np.ndarray, b: np.ndarray | int) -> np.ndarray:
     """Truth of a SoftFloat predicate, flags dropped."""
     return compare(a, np.broadcast_to(np.uint32(b), a.shape))[0] == 1
 
@@ -144,7 +144,7 @@ def _invalid(condition: np.ndarray) -> np.ndarray:
     return np.where(condition, INVALID, 0).astype(np.uint8)
 
 
-def _extremum(want_less: bool) -> Callable:
+def _extremum(want_less: bool) -> Callable[..., Result]:
     """minimumNumber / maximumNumber: a number beats a NaN, -0 is below +0."""
 
     def function(a: np.ndarray, b: np.ndarray) -> Result:
@@ -160,12 +160,8 @@ def _extremum(want_less: bool) -> Callable:
 
 
 def _sgn(a: np.ndarray) -> Result:
-    bits = np.select(
-        [_is_nan(a), _quiet(lt, a, 0), _quiet(eq, a, 0)],
-        [CANON_NAN, ONE | SIGN, np.uint32(0)],
-        ONE,
-    )
-    return bits, _invalid(_is_snan(a))
+    signs = np.where(_quiet(lt, a, 0), ONE | SIGN, np.where(_quiet(eq, a, 0), np.uint32(0), ONE))
+    return np.where(_is_nan(a), CANON_NAN, signs), _invalid(_is_snan(a))
 
 
 def _sat(a: np.ndarray, low: np.ndarray, high: np.ndarray) -> Result:
@@ -179,19 +175,19 @@ def _sat(a: np.ndarray, low: np.ndarray, high: np.ndarray) -> Result:
     return bits, _invalid(_is_snan(a) | _is_snan(low) | _is_snan(high) | exchanged)
 
 
-def _silent(function: Callable) -> Callable:
+def _silent(function: Callable) -> Callable[..., Result]:
     return lambda *operands: (
         function(*operands).astype(np.uint32),
         np.zeros(len(operands[0]), np.uint8),
     )
 
 
-def _select(condition: Callable) -> Callable:
+def _select(condition: Callable) -> Callable[..., Result]:
     return _silent(lambda a, b, c: np.where(condition(a), b, c))
 
 
 # operation -> operand count, function. A NaN condition of a selection takes c.
-_OWN = {
+_OWN: dict[str, tuple[int, Callable[..., Result]]] = {
     "EQ": (2, _as_float(eq)),
     "LT": (2, _as_float(lt)),
     "LE": (2, _as_float(le)),

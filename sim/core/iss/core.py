@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from asip_asm.image import Image
-from asip_asm.isa import STREAM_BITS, STREAM_PINS
+from asip_asm.isa import LOOP_BITS, STREAM_BITS, STREAM_PINS
 from sim.core.iss import arithmetic, isa
 from sim.core.iss.arithmetic import SinCos, Word, bits_of, from_float, to_float, to_int, word
 from sim.core.iss.isa import Decoded, Fault, IllegalOperation
@@ -75,6 +75,8 @@ class _Step:
     halt: bool
     takes: list[int]  # pipes whose streams give a word
     seek: int | None  # {pipe, address}
+    loop: tuple[int, int] | None  # level, rounds after the first one
+    ends: tuple[int, ...]  # levels of loops marked, from inside
     counts: Counter[str]
     quick: Callable[[], None] | None = None
 
@@ -121,8 +123,11 @@ class Iss:
         self.begin()
 
     def begin(self) -> None:
-        """A run starts: the streams are at their first words."""
+        """A run starts: the streams are at their first words, no loop is open."""
         self.stream_places = [0] * len(self._streams)
+        levels = isa.ISA.configurations[self.image.configuration].loops
+        self._rounds_left, self._bodies = [0] * levels, [0] * levels
+        self._turn = (0, 0)  # bundles to come before the body is entered again, its first one
 
     def _take(self, pipe: int) -> Word:
         """Next word of the stream of a pipe."""
@@ -134,7 +139,9 @@ class Iss:
         """Go on with another function of the image loaded (`Image.function`), by its names."""
         self.image = image
         self._places: dict[str, tuple[int, str]] = {}
-        for entry in (*image.constants, *image.inputs):
+        for constant in image.constants:
+            self._places[constant.name] = (isa.K_BASE + constant.index, constant.type)
+        for entry in image.inputs:
             self._places[entry.name] = (isa.K_BASE + entry.index, entry.type)
         for state in image.states:
             self._places[state.name] = (isa.register_code(state.register), state.type)
@@ -257,14 +264,18 @@ class Iss:
 
     def _decode(self, bundle: int) -> _Step:
         configuration = self.image.configuration
-        operations, halt = isa.decode_bundle(self._words[bundle], configuration)
-        step = _Step([], [], [], [], None, halt, [], None, Counter())
+        operations, halt, marks = isa.decode_bundle(self._words[bundle], configuration)
+        ends = tuple(n for n in reversed(range(marks.bit_length())) if marks >> n & 1)
+        step = _Step([], [], [], [], None, halt, [], None, None, ends, Counter())
         for slot, op in enumerate(operations):
             if op is None:
                 continue
             step.counts[op.mnemonic] += 1
             if op.mnemonic == "seek":
                 step.seek = op.imm
+                continue
+            if op.mnemonic == "loop":
+                step.loop = divmod(op.imm, 1 << LOOP_BITS)
                 continue
             if isa.S_BASE + slot in op.sources:
                 step.takes.append(slot)
@@ -274,11 +285,11 @@ class Iss:
                 step.stores.append((self._address(op, op.sources[1]), op.sources[0]))
             elif op.output is not None:
                 step.outputs.append((self._value(op), op.output))
-            else:
+            elif op.dst is not None:
                 step.compute.append(self._value(op))
                 step.destinations.append(op.dst)
         only_computes = not (step.outputs or step.stores or step.branch or halt or self._trace)
-        only_computes = only_computes and step.seek is None
+        only_computes = only_computes and step.seek is None and step.loop is None and not ends
         loads = any(op is not None and op.mnemonic == "ld" for op in operations)
         if step.compute and only_computes and not loads:
             step.quick = self._compile([op for op in operations if op is not None], step.takes)
@@ -319,7 +330,7 @@ class Iss:
                     step = self._steps[position] or self.decoded(position)
                     executed[position] += 1
                     bundles += 1
-                    if step.quick:
+                    if step.quick and not self._turn[0]:
                         step.quick()
                         position += 1
                         continue
@@ -351,7 +362,7 @@ class Iss:
         if executed != self._counted[0]:
             counts: Counter[str] = Counter()
             for step, times in zip(self._steps, executed, strict=True):
-                if times:
+                if times and step is not None:
                     for mnemonic, each in step.counts.items():
                         counts[mnemonic] += each * times
             self._counted = executed, counts
@@ -379,6 +390,26 @@ class Iss:
             step = self._steps[position] = self._decode(position)
         return step
 
+    def _next(self, step: _Step, position: int) -> int:
+        """The bundle after this one, by the loops. The third bundle from one with a mark on is the
+        first one of the body, if the innermost of its loops that has a round left goes on.
+        """
+        following = position + 1
+        left, body = self._turn
+        if left:
+            self._turn = (left - 1, body)
+            following = body if left == 1 else following
+        else:
+            for level in step.ends:
+                if self._rounds_left[level]:
+                    self._rounds_left[level] -= 1
+                    self._turn = (2, self._bodies[level])
+                    break
+        if step.loop is not None:
+            level, rounds = step.loop
+            self._rounds_left[level], self._bodies[level] = rounds, position + 1
+        return following
+
     def execute(
         self, step: _Step, position: int, written: set[int], writes: dict[str, list[int]]
     ) -> int | None:
@@ -392,13 +423,14 @@ class Iss:
             pipe, place = divmod(step.seek, 1 << STREAM_BITS)
             self.stream_places[pipe] = place % len(self._streams[pipe])
         values = [compute() for compute in step.compute]
-        following = position + 1
+        following = self._next(step, position)
         if step.outputs or step.stores or step.branch:
             outputs = [(compute(), index) for compute, index in step.outputs]
             stores = [(address(), registers[code]) for address, code in step.stores]
             if step.branch:
                 target = step.branch()
-                following = following if target is None else target
+                if target is not None:
+                    following, self._turn = target, (0, 0)
             for address, value in stores:
                 self._data[address] = value
             for value, index in outputs:

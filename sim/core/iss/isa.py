@@ -7,12 +7,22 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from asip_asm.gen.asip_regmap import REGMAP
-from asip_asm.isa import IMMEDIATE_WIDTH, default_isa
+from asip_asm.isa import IMMEDIATE_WIDTH, LOOP_BITS, default_isa
 from asip_asm.isa_records import SOURCE_FIELDS
 
 ISA = default_isa()
-Fault = IntEnum("Fault", {fault.name: fault.code for fault in REGMAP.faults.values()})
-"""Causes of a fault; NONE is 0."""
+
+
+class Fault(IntEnum):
+    """Causes of a fault that the model has; the others are of a core's surroundings."""
+
+    NONE = REGMAP.faults["NONE"].code
+    ILLEGAL = REGMAP.faults["ILLEGAL"].code
+    ADDRESS = REGMAP.faults["ADDRESS"].code
+    WATCHDOG = REGMAP.faults["WATCHDOG"].code
+    NOT_FINITE = REGMAP.faults["NOT_FINITE"].code
+    OUTPUT_MISSING = REGMAP.faults["OUTPUT_MISSING"].code
+
 
 BANK_CODE = {name: bank.code for name, bank in ISA.banks.items()}
 BANK_SIZE = {name: bank.size for name, bank in ISA.banks.items()}
@@ -76,6 +86,8 @@ def decode_operation(word: int, slot: int, configuration: str) -> Decoded | None
     build = ISA.configurations[configuration]
     if mnemonic == "seek" and not build.stream_words:
         raise IllegalOperation(f"slot {slot}: seek without streams")
+    if mnemonic == "loop" and not build.loops:
+        raise IllegalOperation(f"slot {slot}: loop without loops")
     if not build.allows(slot, unit):
         raise IllegalOperation(f"slot {slot}: {mnemonic} in a slot of kind {build.slots[slot]}")
     dst = output = None
@@ -91,16 +103,21 @@ def decode_operation(word: int, slot: int, configuration: str) -> Decoded | None
     if immediate:
         low = ISA.fields["c"].width
         imm = (_field(word, immediate[0]) << low | _field(word, "c")) & (1 << IMMEDIATE_WIDTH) - 1
+    if mnemonic == "loop" and imm >> LOOP_BITS >= build.loops:
+        raise IllegalOperation(f"slot {slot}: level {imm >> LOOP_BITS} of loops")
     sources = tuple(_field(word, name) for name in record.sources)
     return Decoded(mnemonic, sources, dst, output, imm)
 
 
-def decode_bundle(bundle: int, configuration: str) -> tuple[list[Decoded | None], bool]:
-    """Operations of the slots, and whether the run halts. Raises IllegalOperation."""
+def decode_bundle(bundle: int, configuration: str) -> tuple[list[Decoded | None], bool, int]:
+    """Operations of the slots, whether the run halts, levels of loops marked, as bits. Raises
+    IllegalOperation.
+    """
     width = ISA.word_width
     count = len(ISA.configurations[configuration].slots)
     control = bundle >> width * count
-    if control & ~(1 << ISA.halt_bit):
+    marks = (1 << ISA.configurations[configuration].loops) - 1
+    if control & ~(1 << ISA.halt_bit | marks << ISA.loop_bit):
         raise IllegalOperation(f"control bits {control:#04x}: reserved bits are set")
     mask = (1 << width) - 1
     operations = [
@@ -110,7 +127,7 @@ def decode_bundle(bundle: int, configuration: str) -> tuple[list[Decoded | None]
     halt = bool(control >> ISA.halt_bit & 1)
     if halt and any(op is not None and op.mnemonic in ISA.branches for op in operations):
         raise IllegalOperation("halt and a branch in one bundle")
-    return operations, halt
+    return operations, halt, control >> ISA.loop_bit & marks
 
 
 def register_code(name: str) -> int:

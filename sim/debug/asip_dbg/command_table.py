@@ -49,8 +49,10 @@ class Command:
 
 
 COMMANDS: dict[str, Command] = {}
-TOPICS = ("registers", "state", "faults", "breakpoints", "values", "inputs", "outputs")
-TOPICS += ("display", "line", "target")
+TOPICS = (
+    *("registers", "state", "faults", "breakpoints", "values", "inputs", "outputs"),
+    *("display", "line", "target"),
+)
 """Of `info`."""
 
 

@@ -310,7 +310,7 @@ class Adapter:
         file = program.file_of(str(arguments["source"]["path"]))
         views = self.views
         first = views.own_line(int(arguments["line"]))
-        last = views.own_line(int(arguments.get("endLine", arguments["line"])))
+        last = views.own_line(int(arguments["endLine" if "endLine" in arguments else "line"]))
         if "column" in arguments and views.own_column(int(arguments["column"])) > 1:
             first += 1  # A location is at the first column of its line.
         lines = program.code_lines(file) if file else {}
@@ -384,7 +384,8 @@ class Adapter:
 
             self._go(run)
             return {"result": "", "variablesReference": 0}
-        self._answer = lines = []
+        lines: list[str] = []
+        self._answer = lines
         try:
             self.commands.execute(line)
         except Quit:

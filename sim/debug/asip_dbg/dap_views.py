@@ -53,16 +53,17 @@ class Views:
         if entry.equation and bundle < self.program.bundles:
             name += f" ({entry.equation})"
         calls = self.program.calls(bundle, entry.slot)
-        places = [(name, entry), *((f"macro {call.name}", call) for call in calls)]
+        places = [(name, entry.file, entry.line)]
+        places += [(f"macro {call.name}", call.file, call.line) for call in calls]
         frames: list[Body] = [
             {
                 "id": depth,
                 "name": name,
-                "source": self.source(place.file),
-                "line": self.line(place.line),
+                "source": self.source(file),
+                "line": self.line(line),
                 "column": self._columns_from,
             }
-            for depth, (name, place) in enumerate(places, 1)
+            for depth, (name, file, line) in enumerate(places, 1)
         ]
         frames[0]["instructionPointerReference"] = f"0x{bundle:x}"
         return frames

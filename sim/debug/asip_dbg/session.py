@@ -292,10 +292,10 @@ class Session:
     def add_watch(self, name: str, condition: str = "", hits: str = "") -> Breakpoint:
         """Watch of a value, register or output. Raises what `add_breakpoint` raises."""
         values = self.program.map.named(name)
-        places = dict.fromkeys(value.place for value in values if value.writes)
+        places = list(dict.fromkeys(value.place for value in values if value.writes))
         if not places:
             try:
-                places = {self.values.read(name).place: None}
+                places = [self.values.read(name).place]
             except ValueMissing:
                 if not values:
                     raise

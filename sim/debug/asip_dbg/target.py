@@ -50,10 +50,14 @@ class Target(Protocol):
     """
 
     label: str
-    breakpoints: int
-    watches: int
     driven: bool
     """Another host writes the inputs and starts the runs; `begin` takes the next one."""
+
+    @property
+    def breakpoints(self) -> int: ...
+
+    @property
+    def watches(self) -> int: ...
 
     def load(self, image: Image) -> None:
         """Load a program, states at their initial values. Raises TargetError."""

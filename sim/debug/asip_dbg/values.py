@@ -101,18 +101,23 @@ class Values:
         self.position = position
         image = program.image
         self.inputs = {entry.name: 0 for entry in image.inputs}
-        in_k = (*image.inputs, *image.constants)
+        in_k = [(entry.name, f"k{entry.index}", entry.type) for entry in image.inputs]
+        in_k += [(entry.name, f"k{entry.index}", entry.type) for entry in image.constants]
         self._places = {entry.name: entry.register for entry in image.exports}
-        self._places |= {entry.name: f"k{entry.index}" for entry in in_k}
-        self._types = {f"k{entry.index}": entry.type for entry in in_k}
+        self._places |= {name: place for name, place, _ in in_k}
+        self._types = {place: kind for _, place, kind in in_k}
         self._constants = {f"k{entry.index}": int(entry.bits, 16) for entry in image.constants}
         self._input_of = {f"k{entry.index}": entry.name for entry in image.inputs}
 
     def names(self) -> list[str]:
         """Every name that `read` knows, without plain registers."""
         image = self.program.image
-        entries = [*image.inputs, *image.outputs, *image.states, *image.constants, *image.exports]
-        names = [*self.program.map.names(), *(entry.name for entry in entries), *image.data_names]
+        names = [*self.program.map.names(), *(entry.name for entry in image.inputs)]
+        names += [output.name for output in image.outputs]
+        names += [state.name for state in image.states]
+        names += [constant.name for constant in image.constants]
+        names += [export.name for export in image.exports]
+        names += image.data_names
         plain = re.compile(r"[A-Za-z_][A-Za-z0-9_.]*")
         return list(dict.fromkeys(name for name in names if plain.fullmatch(name)))
 

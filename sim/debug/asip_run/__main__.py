@@ -102,7 +102,7 @@ def _run(options: argparse.Namespace) -> int:
             if trace:
                 write_trace(trace, tick, result)
             if result.cause == NO_FAULT:
-                if profile:
+                if profile and result.observed.trace:
                     coverage.add(tick + 1, result.observed.trace)
                 continue
             note = limit_note(result, watchdog, options.max_cycles)
@@ -113,7 +113,7 @@ def _run(options: argparse.Namespace) -> int:
             if faults <= FAULTS_SHOWN:
                 sys.stdout.flush()
                 print(f"asip-run: error: {problem}", file=sys.stderr)
-    if profile:
+    if profile and result.observed.trace:
         file = sys.stderr if table else sys.stdout
         write_profile(file, image, result.observed.trace, options.konata, options.gantt)
         file.write(coverage.summary() if ticks > 1 else "")

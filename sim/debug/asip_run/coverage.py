@@ -87,8 +87,8 @@ class Coverage:
         with open_output(file) as output:
             table = csv.writer(output, lineterminator="\n")
             table.writerow(["file", "line", "executions", "cycles_per_run"])
-            for (source, number), line in found.items():
-                table.writerow([source, number, line.executions, f"{line.cycles / runs:.3f}"])
+            for (source, number), each in found.items():
+                table.writerow([source, number, each.executions, f"{each.cycles / runs:.3f}"])
         with open_output(file.with_suffix(".lst")) as output:
             output.write(self.summary() + self.covered())
             for source in sorted({source for source, _ in found}):

@@ -75,7 +75,7 @@ class Runner:
         self._backend, self._errors = make_backend(image, place, trace)
         with user_errors(*self._errors):
             self._backend.preset(states)
-        self._places = {entry.name: entry.register for entry in (*image.exports, *image.states)}
+        self._places = image.registers
         self._constants = {f"k{entry.index}": int(entry.bits, 16) for entry in image.constants}
         self._inputs = {f"k{entry.index}": entry.name for entry in image.inputs}
 

@@ -31,8 +31,7 @@ def value_text(word: int, type_name: str) -> str:
 
 def types_of(image: Image) -> Callable[[str], str]:
     """Type by name; outputs, exports without a declaration and registers are floats."""
-    types = {entry.name: entry.type for entry in (*image.inputs, *image.states)}
-    return lambda name: types.get(name, "float")
+    return lambda name: image.types.get(name, "float")
 
 
 def write_text(file: TextIO, image: Image, tick: int, names: Sequence[str], result: Run) -> None:

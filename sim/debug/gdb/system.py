@@ -31,11 +31,11 @@ class NiosSystem:
 
     def reset(self) -> str:
         """Reset the core, halted before its first instruction; what is to be said of it."""
-        load = self.program is not None and not self.target.code_written
+        program = None if self.target.code_written else self.program
         if self.core.halted:
             self.target.module.restore()
-        if load:
-            self.core.load(self.program)
+        if program is not None:
+            self.core.load(program)
         else:
             self.core.hold()
         self.target.module.request_halt()
@@ -44,7 +44,7 @@ class NiosSystem:
             raise TargetError("the core did not halt after its reset")
         self.target.halted()
         self.spent = 0
-        if load:
+        if program is not None:
             self.target.again()
-            return f"{self.program.name} is loaded, the core is at its reset vector"
+            return f"{program.name} is loaded, the core is at its reset vector"
         return "the core is at its reset vector; memories are as they were: `load` again"

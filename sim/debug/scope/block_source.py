@@ -48,7 +48,8 @@ def recorded(image: Image, names: Sequence[str]) -> list[Recorded]:
     places = {e.name: (e.register, "float") for e in image.exports}
     places |= {s.name: (s.register, s.type) for s in image.states}
     places |= {o.name: (f"o{o.index}", "float") for o in image.outputs}
-    places |= {e.name: (f"k{e.index}", e.type) for e in (*image.inputs, *image.constants)}
+    places |= {e.name: (f"k{e.index}", e.type) for e in image.inputs}
+    places |= {e.name: (f"k{e.index}", e.type) for e in image.constants}
     places |= {CYCLES: (CYCLES, "int")}
     for name in names:
         if name not in places and not _REGISTER.fullmatch(name):
@@ -64,8 +65,10 @@ def recorded(image: Image, names: Sequence[str]) -> list[Recorded]:
 
 def first_channels(image: Image) -> list[str]:
     """What to record if nobody says: outputs, then states, then inputs."""
-    entries = (*image.outputs, *image.states, *image.inputs)
-    return [entry.name for entry in entries][: MOST_CHANNELS - 1] + [CYCLES]
+    names = [output.name for output in image.outputs]
+    names += [state.name for state in image.states]
+    names += [entry.name for entry in image.inputs]
+    return names[: MOST_CHANNELS - 1] + [CYCLES]
 
 
 def block_trigger(text: str, channels: Sequence[Recorded]) -> Trigger:

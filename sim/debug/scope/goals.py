@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from asip_asm.assemble import assemble
 from asip_asm.files import write_text
@@ -45,7 +46,9 @@ def rows(full: bool) -> Iterator[Goal]:
     model.load(image)
     source = BlockSource(lambda: connect(model), image, ["y", "z", "x", "cycles"], 1e-4)
     rng = np.random.default_rng(1)
-    shown, given, applied = [], [], []
+    shown: list[list[float]] = []
+    given: list[NDArray[np.float32]] = []
+    applied: list[Applied] = []
     for change in range(1, changes + 1):
         value = float(np.float32(rng.normal()))
         source.send(Commit(change, {"K": value, "L": value}))

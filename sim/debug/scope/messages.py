@@ -22,7 +22,7 @@ class _Message(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_fiel
     """One message."""
 
 
-class View(_Message, tag="view"):
+class View(_Message, frozen=True, tag="view"):
     """What this page draws. begin, end: ticks to look at, None: the latest ones or the trigger's
     window; part: 'live', or 'blackbox' for the ticks before a fault."""
 
@@ -33,11 +33,11 @@ class View(_Message, tag="view"):
     part: Annotated[str, Meta(pattern="^(live|blackbox)$")] = "live"
 
 
-class Ready(_Message, tag="ready"):
+class Ready(_Message, frozen=True, tag="ready"):
     """The page has drawn what it got and takes the next frame."""
 
 
-class Pace(_Message, tag="pace"):
+class Pace(_Message, frozen=True, tag="pace"):
     """Hold the loop between two ticks, or let it run; rate: at most so many ticks per second of
     the clock on the wall, None: as fast as it can."""
 
@@ -45,26 +45,26 @@ class Pace(_Message, tag="pace"):
     rate: Annotated[float, Meta(ge=1.0, le=1e7)] | None = None
 
 
-class SetTrigger(_Message, tag="trigger"):
+class SetTrigger(_Message, frozen=True, tag="trigger"):
     settings: Settings
 
 
-class Arm(_Message, tag="arm"):
+class Arm(_Message, frozen=True, tag="arm"):
     """Wait for the trigger once more."""
 
 
-class Stage(_Message, tag="stage"):
+class Stage(_Message, frozen=True, tag="stage"):
     """A gain for the next commit; None: as it is."""
 
     name: Name
     value: float | None
 
 
-class CommitStaged(_Message, tag="commit"):
+class CommitStaged(_Message, frozen=True, tag="commit"):
     """Put all staged gains in force together."""
 
 
-class Step(_Message, tag="step"):
+class Step(_Message, frozen=True, tag="step"):
     """Add a step to an input for some ticks."""
 
     name: Name
@@ -72,20 +72,20 @@ class Step(_Message, tag="step"):
     ticks: Annotated[int, Meta(ge=10, le=1 << 15)] = 2000
 
 
-class Measure(_Message, tag="measure"):
+class Measure(_Message, frozen=True, tag="measure"):
     """Figures of a channel as a step response, in the trigger's window from its trigger on."""
 
     channel: Name
 
 
-class Put(_Message, tag="put"):
+class Put(_Message, frozen=True, tag="put"):
     """A value on an input for one tick; None: not a number."""
 
     name: Name
     value: float | None = None
 
 
-class Cursor(_Message, tag="cursor"):
+class Cursor(_Message, frozen=True, tag="cursor"):
     """Ask for the exact values of the view's channels at two ticks."""
 
     a: Annotated[int, Meta(ge=0)]

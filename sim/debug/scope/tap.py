@@ -122,7 +122,7 @@ class Tap:
         if self._filled == BLOCK_TICKS or time.monotonic() - self._sent > BLOCK_S:
             self._flush()
         if self._pace.rate is not None:
-            self._keep_rate()
+            self._keep_rate(self._pace.rate)
 
     def fault(self, text: str) -> None:
         """The core stopped in the tick whose row has been filled last."""
@@ -197,8 +197,8 @@ class Tap:
     def _note(self, what: str) -> None:
         self.touched.append(f"tick {self._tick}: {what}")
 
-    def _keep_rate(self) -> None:
-        self._due += 1.0 / self._pace.rate
+    def _keep_rate(self, rate: float) -> None:
+        self._due += 1.0 / rate
         ahead = self._due - time.monotonic()
         if ahead < -1.0:  # it cannot keep up: do not hurry later
             self._due = time.monotonic()
@@ -243,14 +243,15 @@ class TapSource:
 
     def send(self, command: Command) -> None:
         """To the loop, now or when it comes."""
+        sent: Command | _Words = command
         if isinstance(command, Commit):
-            command = _Words(command, self._tuner.commit(command.values))
+            sent = _Words(command, self._tuner.commit(command.values))
         with self._lock:
             if self._link is None:
-                self._waiting.append(command)
+                self._waiting.append(sent)
                 return
             try:
-                self._link.send(command)
+                self._link.send(sent)
             except OSError:
                 return  # it has ended; wait() tells
 

@@ -89,7 +89,7 @@ def _model(options: argparse.Namespace) -> int:
     paths = [Path(f"{each}{end}") for each in stems.values() for end in ends]
     paths += [Path(f"{stem}{end}") for end in (".asip.json", ".h", ".report.txt")]
     refuse_overwriting(paths, [path for part in options.parts for path in part if path])
-    laws = [_law(options, *part, settings) for part in options.parts]
+    laws = [_law(options, file, interface, settings) for file, interface in options.parts]
     points = load_points(options.points, laws[0][0]) if options.points else []
     # Each of several functions keeps its registers from run to run: constants would take them all.
     base = Options(options.config, constants=options.constants, registers=not several)

@@ -123,9 +123,11 @@ def effects(built: Built, seed: int, forms: Forms | None = None) -> str:
 def _changed(options: Options) -> Iterator[tuple[str, Options]]:
     """The options, and those with one changed, by name."""
     yield "this program", options
-    for name in ("reassociate", "reciprocal"):
-        on = getattr(options, name)
-        yield f"{'without' if on else 'with'} --{name}", replace(options, **{name: not on})
+    for name, on, other_way in (
+        ("reassociate", options.reassociate, replace(options, reassociate=not options.reassociate)),
+        ("reciprocal", options.reciprocal, replace(options, reciprocal=not options.reciprocal)),
+    ):
+        yield f"{'without' if on else 'with'} --{name}", other_way
     other = "unit" if options.sine == "balanced" else "balanced"
     yield f"--sine {other}", replace(options, sine=other)
 

@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 
@@ -74,7 +75,7 @@ def current_law(drives: Drives, setting: Setting, axes: Sequence[int] = AXES) ->
     inputs, ports, results = [], [], []
 
     def source(
-        kind: str, name: str, unit: str, limits: tuple[float, float], meaning: str, **rest: float
+        kind: str, name: str, unit: str, limits: tuple[float, float], meaning: str, **rest: Any
     ) -> ca.SX:
         symbol = ca.SX.sym(name)
         inputs.append(symbol)

@@ -5,8 +5,6 @@ closed loop.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,7 +12,7 @@ from asip_asm.model.compiler import Compiled
 from asip_asm.model.law import before
 from sim.core.controller import ControllerFault, LawTicks, one_tick
 from sim.laws.native.law import NativeLaw
-from sim.robot.records import OUTPUTS
+from sim.robot.records import OUTPUTS, Counts, Floats
 
 
 class NativeController:
@@ -28,7 +26,7 @@ class NativeController:
         self._inputs = self._source.of_kind("input")
         self.states: dict[str, NDArray] = {}
 
-    def prime(self, words: Sequence[float], counts: Sequence[int]) -> None:
+    def prime(self, words: Floats, counts: Counts) -> None:
         """States before the first tick, with its counts as the last ones."""
         self.states = {
             port.name: np.array([port.initial], np.float32)
@@ -38,7 +36,7 @@ class NativeController:
         for port in self._source.of_kind("rate"):
             self.states[before(port.rate_of)] = named[port.rate_of]
 
-    def step(self, words: Sequence[float], counts: Sequence[int]) -> LawTicks:
+    def step(self, words: Floats, counts: Counts) -> LawTicks:
         """One tick; set-points are rounded to binary32. Raises ControllerFault."""
         ran = self._law.run(self._row(words, counts), self.states)
         if ran.results[0]:
@@ -46,7 +44,7 @@ class NativeController:
         self.states = {name: values[-1:] for name, values in ran.states.items()}
         return one_tick(float(ran.outputs[name][0]) for name in OUTPUTS)
 
-    def _row(self, words: Sequence[float], counts: Sequence[int]) -> dict[str, NDArray]:
+    def _row(self, words: Floats, counts: Counts) -> dict[str, NDArray]:
         values = (*np.asarray(words, np.float32), *np.asarray(counts, np.int32))
         return {
             port.name: np.atleast_1d(value)

@@ -51,7 +51,7 @@ def pack(words: list[tuple[str, str]], values: Mapping[str, Array]) -> NDArray[n
 
 def unpack(words: list[tuple[str, str]], rows: NDArray[np.uint32]) -> dict[str, Array]:
     """Arrays (N,) by signal from rows of a structure."""
-    kinds = {"float": np.float32, "int32_t": np.int32}
+    kinds: dict[str, type[np.float32 | np.int32]] = {"float": np.float32, "int32_t": np.int32}
     return {
         name: np.ascontiguousarray(rows[:, k]).view(kinds[kind])
         for k, (name, kind) in enumerate(words)

@@ -17,7 +17,7 @@ from sim.motion.gcode.state import State
 from sim.motion.gcode.table_frame import MAX_PIECES, TooManyPiecesError
 from sim.motion.gcode.targets import absolute_target, target
 from sim.motion.gcode.words import OFFSETS, Word
-from sim.motion.geometry.moves import AXES, Dwell, Motion, Plane, Pose
+from sim.motion.geometry.moves import AXES, Dwell, Motion, Plane, Pose, pose_of
 
 MAX_REST = 3600.0  # s, of one G4
 _OWN_AXES = {"G10", "G28", "G28.1", "G92"}  # take the axis words of their block
@@ -88,7 +88,7 @@ class Actions:
             turned = bool(self.state.rotation) and not self.state.modes.in_table_frame
             goal = self.state.of_frame(home) if turned else home
             here = self.state.programmed() if turned else self.state.position
-            place = tuple(
+            place = pose_of(
                 h if wanted else p for h, p, wanted in zip(goal, here, named, strict=True)
             )
             end = self.state.end_in_frame(place) if turned else place
@@ -205,9 +205,9 @@ class Actions:
         points = [start[:2], *ends]
         length = sum(math.dist(a, b) for a, b in itertools.pairwise(points))
         for number, point in enumerate(ends):
-            end = (*point, *start[2:])
+            end = pose_of((*point, *start[2:]))
             for move in program_moves(state, Motion.LINEAR, end):
-                feed = state.modes.feed * length if state.modes.inverse_time else move.feed
+                feed = state.modes.rate * length if state.modes.inverse_time else move.feed
                 inner, merge = number > 0, move.merge if len(ends) == 1 else 0.0
                 self.output.put([replace(move, feed=feed, inner=inner, merge=merge)])
 

@@ -161,7 +161,7 @@ def check_unused(
         acting[motion] = _MOVES[motion]
     elif acting.keys().isdisjoint(_OWN_BLOCK) and any(letter in values for letter in places):
         # Without a motion a place is another mistake.
-        acting[motion] = _MOVES.get(motion, _MOVES["G2"])
+        acting[motion or ""] = _MOVES.get(motion or "", _MOVES["G2"])
     if "G10" in acting and "L" in values and values["L"].value == 20.0:
         acting["G10"] = acting["G10"].replace("R", "")
     if feed is not None and (motion not in acting or motion == "G0"):

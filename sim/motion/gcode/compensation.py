@@ -24,7 +24,7 @@ import math
 from dataclasses import dataclass, replace
 
 from sim.motion.geometry.curves import FULL_TURN_BELOW
-from sim.motion.geometry.moves import Dwell, Motion, Move, Plane, Pose
+from sim.motion.geometry.moves import Dwell, Motion, Move, Plane, Pose, pose_of
 
 CORNER = 0.05  # rad; as rs274 (2.9): smaller turns are no corners
 MAX_HELD = 1000  # moves without a way in the plane between two that have one
@@ -51,7 +51,7 @@ class _Held:
 
     @property
     def centre(self) -> complex:
-        return complex(*self.move.centre)
+        return complex(*self.move.circle[1])
 
     @property
     def turn(self) -> int:
@@ -110,7 +110,7 @@ class Compensation:
         """The pose with its place in the plane replaced."""
         place = list(pose)
         place[self.plane.axes[0]], place[self.plane.axes[1]] = point.real, point.imag
-        return tuple(place)
+        return pose_of(place)
 
     def _inside(self, turn: int) -> bool:
         """Whether the tool is inside an arc of that turn."""
@@ -173,7 +173,7 @@ class Compensation:
         self._hold(move, goal + self.radius * normal, normal)
 
     def _entry_arc(self, move: Move) -> None:
-        goal, centre, turn = self._point(move.end), complex(*move.centre), _turn(move)
+        goal, centre, turn = self._point(move.end), complex(*move.circle[1]), _turn(move)
         if abs(goal - self.contour) < self.radius - NOWHERE:
             raise CompensationError(
                 f"the ends of the entry arc are {abs(goal - self.contour):.4f} mm apart, less "
@@ -239,7 +239,7 @@ class Compensation:
         (self._cut if not move.motion.is_arc else lambda _: self._release(None))(self.centre)
         pose = list(self._pose(end, move.end))
         pose[3 - sum(self.plane.axes)] = self.height
-        corner = replace(move, end=tuple(pose))
+        corner = replace(move, end=pose_of(pose))
         if move.motion is not Motion.RAPID:
             turn = Motion.ARC_CW if self.side > 0 else Motion.ARC_CCW
             centre = self.contour.real, self.contour.imag
@@ -251,7 +251,7 @@ class Compensation:
     # Arcs
 
     def _arc(self, move: Move) -> None:
-        goal, centre, turn = self._point(move.end), complex(*move.centre), _turn(move)
+        goal, centre, turn = self._point(move.end), complex(*move.circle[1]), _turn(move)
         radius, inside = abs(centre - goal), self._inside(turn)
         self._check_radius(radius, turn)
         to_side = -1 if inside else 1

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from sim.motion.gcode.state import State
 from sim.motion.gcode.targets import add_polar
 from sim.motion.gcode.words import Word
-from sim.motion.geometry.moves import AXES, Motion, Pose
+from sim.motion.geometry.moves import AXES, Motion, Pose, pose_of
 
 # LinuxCNC's G83_RAPID_DELTA: the rapid back into the hole ends so far above its bottom.
 PECK_CLEARANCE_MM = 0.254
@@ -49,7 +49,7 @@ def drill(state: State, values: dict[str, Word], at: Word) -> Iterator[Step]:
     level = place[axis]
     if level < retract:
         level = place[axis] = retract
-        yield Motion.RAPID, tuple(place)
+        yield Motion.RAPID, pose_of(place)
     clear = retract
     if not modes.retract_to_r:
         clear = max(state.initial_level, retract)
@@ -86,7 +86,7 @@ def _accepted(state: State, values: dict[str, Word], axis: int, at: Word) -> boo
     if state.modes.inverse_time:
         state.report(at, f"{cycle} with G93", "feed per minute (G94)", "write G94 before")
         return False
-    needed = (_LETTERS[axis], "R", *{"G82": "P", "G83": "Q"}.get(cycle, ""))
+    needed = (_LETTERS[axis], "R", *{"G82": "P", "G83": "Q"}.get(cycle or "", ""))
     for letter in needed:
         if letter in values:
             scale = 1.0 if letter == "P" else state.modes.mm_per_unit
@@ -123,9 +123,9 @@ def _hole_steps(
 
     def to(motion: Motion, height: float) -> Step:
         place[axis] = height
-        return motion, tuple(place)
+        return motion, pose_of(place)
 
-    yield Motion.RAPID, tuple(place)
+    yield Motion.RAPID, pose_of(place)
     yield to(Motion.RAPID, retract)
     if state.motion == "G83":
         depth = retract - state.sticky["Q"]

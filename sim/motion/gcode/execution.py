@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import NoReturn
 
 from sim.motion.gcode.errors import MistakeError, Mistakes
 from sim.motion.gcode.expressions import Key
@@ -39,7 +40,7 @@ class Open:
 class Frame:
     """Main program, or a subroutine that runs. names: its own named parameters."""
 
-    label: Key | None = None
+    label: Key = ""  # of the main program
     back: int = 0
     line: Line = (0, "")  # of the call
     head: Head | None = None
@@ -136,11 +137,11 @@ class Execution:
         except MistakeError:
             return None
 
-    def fail(self, head: Head, what: str, expected: str, help: str) -> None:
+    def fail(self, head: Head, what: str, expected: str, help: str) -> NoReturn:
         self.mistakes.report(head.column, head.text, what, expected, help)
         raise FlowStop
 
-    def fail_open(self, line: Line, head: Head, closing: str) -> None:
+    def fail_open(self, line: Line, head: Head, closing: str) -> NoReturn:
         self.mistakes.place(*line)
         name = head.text[: len(head.text) - len(head.keyword)].rstrip()
         self.fail(
@@ -173,7 +174,7 @@ class Execution:
             if frame.open:
                 open_ = frame.open[-1]
                 self.fail_open(open_.line, open_.head, CLOSING[open_.kind])
-            if frame.begin is not None:
+            if frame.begin is not None and frame.head is not None:
                 self.mistakes.place(*frame.line)
                 self.fail(
                     frame.head,

@@ -159,7 +159,7 @@ class ValueReader:
             self._blank()
             match = _OPERATOR.match(self.source, self.at)
             operator = _OPERATORS[level].get(match.group().upper()) if match else None
-            if operator is None:
+            if match is None or operator is None:
                 return value
             begin = self.at
             self.at = match.end()
@@ -260,7 +260,8 @@ class ValueReader:
         try:
             value = self.read(key)
         except NoValueError as error:
-            self._fail(*error.args, begin)
+            what, expected, help = error.args
+            self._fail(what, expected, help, begin)
         if value is None:
             self._fail(
                 f"the parameter #{shown(key)} has no value",

@@ -227,9 +227,9 @@ class _Parser:
         feed = values.pop("F", None)
         set_feed(self.state, feed)
         single, motion = codes.get("single"), codes.get("motion")
-        spline = motion is not None and motion.code in SPLINES
+        spline = motion.code if motion is not None and motion.code in SPLINES else ""
         if clean and len(self.mistakes.found) == known:
-            mode = motion.code if spline else self.state.motion
+            mode = spline or self.state.motion
             inverse = self.state.modes.inverse_time and not self.actions.splines.open
             check_unused(values, codes, mode, feed if inverse else None, self.state.report)
         clean = clean and len(self.mistakes.found) == known

@@ -275,14 +275,14 @@ def ours(text: str) -> list[Record]:
         spline = _SPLINE.search(_COMMENT.sub("", move.source)) and move.motion is Motion.LINEAR
         while dwells and dwells[0][0] <= number:
             records.append(_dwell(dwells.pop(0)[1]))
-        feed = [] if move.motion is Motion.RAPID else [move.feed]
+        feed = [] if move.motion is Motion.RAPID else [move.rate]
         if spline:
             if not move.inner:
-                records.append(("G5", (move.feed, *move.start[:2])))
+                records.append(("G5", (move.rate, *move.start[:2])))
             records[-1] = "G5", (*records[-1][1], *move.end[:2])
         elif move.motion.is_arc:
             kind = move.motion.value + (f" P{move.turns}" if move.turns > 1 else "")
-            records.append((kind, (*move.end, *move.centre, *feed)))
+            records.append((kind, (*move.end, *move.circle[1], *feed)))
         elif max(abs(a - b) for a, b in zip(move.start, move.end, strict=True)) > DIGITS:
             records.append((move.motion.value, (*move.end, *feed)))
     return records + [_dwell(dwell) for _, dwell in dwells]
@@ -430,9 +430,9 @@ def main(argv: list[str] | None = None) -> int:
         if not arguments.files:
             sys.stdout.write(f"{find() or fetch()}\n")
         for file in arguments.files:
-            found = differences(read_text(file, MAX_BYTES, "a G-code program"))
-            sys.stdout.write("".join(f"{file}: {text}\n" for text in found or ["equal"]))
-            status = max(status, int(bool(found)))
+            unequal = differences(read_text(file, MAX_BYTES, "a G-code program"))
+            sys.stdout.write("".join(f"{file}: {text}\n" for text in unequal or ["equal"]))
+            status = max(status, int(bool(unequal)))
     except (OracleError, GcodeErrors) as error:
         sys.stderr.write(f"{parser.prog}: error: {error}\n")
         return 1

@@ -51,7 +51,7 @@ class Output:
         """The first move after G40, from where the tool is."""
         moved = replace(move, start=place)
         if move.feed is not None and move.turns_only_the_table != moved.turns_only_the_table:
-            moved = replace(moved, feed=moved.feed * self.state.modes.feed_mm_per_unit)
+            moved = replace(moved, feed=move.feed * self.state.modes.feed_mm_per_unit)
         return moved
 
     def tool_changed(self) -> None:
@@ -77,7 +77,7 @@ class Output:
         """Takes over G40 to G42.1 and refuses words that do not go together with compensation."""
         word, before = codes.get("cutter compensation"), self.state.compensation
         if before is not None:
-            self._refuse(codes, values, _REFUSED_BEFORE)
+            self._refuse(before.plane, codes, values, _REFUSED_BEFORE)
         if word is not None and word.code == "G40":
             self.finish()
         elif word is not None:
@@ -91,16 +91,21 @@ class Output:
                 return
             self._start(word, values)
         if self.state.compensation is not None:
-            self._refuse(codes, values, (*_REFUSED_GROUPS, "single", "motion"))
+            groups = (*_REFUSED_GROUPS, "single", "motion")
+            self._refuse(self.state.compensation.plane, codes, values, groups)
 
     def _refuse(
-        self, codes: dict[str, Word], values: dict[str, Word], groups: tuple[str, ...]
+        self,
+        plane: Plane,
+        codes: dict[str, Word],
+        values: dict[str, Word],
+        groups: tuple[str, ...],
     ) -> None:
         for word in (codes[group] for group in groups if group in codes):
             code = word.code
             allowed = code in _KEPT_STOPS or code == "G4"
             if code in ("G17", "G18", "G19"):
-                allowed = Plane(code) is self.state.compensation.plane
+                allowed = Plane(code) is plane
             elif code == "G10":
                 number = values["P"].value if "P" in values else 0.0
                 allowed = number not in (0.0, self.state.modes.system_index + 1)

@@ -36,7 +36,9 @@ class HeadReader(LineReader):
     """Reads an O word and its arguments."""
 
     def head(self) -> Head:
-        self.at = O_LINE.match(self.source).end()
+        start = O_LINE.match(self.source)
+        assert start is not None  # only such lines come here
+        self.at = start.end()
         begin = self.at - 1
         label: Key | None = self._name()
         if label is None:
@@ -46,7 +48,7 @@ class HeadReader(LineReader):
         known = keyword.group(1).lower() if keyword else ""
         if keyword is None and self._peek() in ("", "(", ";") and isinstance(label, int):
             return Head(label, NUMBER, begin + 1, self._as_written(begin, text))
-        if known not in _KEYWORDS:
+        if keyword is None or known not in _KEYWORDS:
             self._fail(
                 "the O word has no known keyword",
                 "one of " + " ".join(_KEYWORDS),

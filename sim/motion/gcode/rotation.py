@@ -28,12 +28,12 @@ class Rotation:
 
     def turned(self, pose: Sequence[float]) -> Pose:
         """The pose with X and Y turned; the other axes are unchanged."""
-        x, y = pose[:2]
-        turned = x * self.cosine - y * self.sine, x * self.sine + y * self.cosine
-        return (*turned, *pose[2:])
+        x, y, z, tilt, rotation = pose
+        first, second = x * self.cosine - y * self.sine, x * self.sine + y * self.cosine
+        return first, second, z, tilt, rotation
 
     def turned_back(self, pose: Sequence[float]) -> Pose:
         """The inverse of `turned`."""
-        x, y = pose[:2]
-        turned = x * self.cosine + y * self.sine, y * self.cosine - x * self.sine
-        return (*turned, *pose[2:])
+        x, y, z, tilt, rotation = pose
+        first, second = x * self.cosine + y * self.sine, y * self.cosine - x * self.sine
+        return first, second, z, tilt, rotation

@@ -67,8 +67,8 @@ def _feed(state: State, move: Move) -> float:
     """Feed of a move as mm/min, of one that turns only the table degree/min."""
     modes = state.modes
     if modes.inverse_time:
-        return modes.feed * _length(move)
-    return modes.feed if move.turns_only_the_table else modes.feed * modes.feed_mm_per_unit
+        return modes.rate * _length(move)
+    return modes.rate if move.turns_only_the_table else modes.rate * modes.feed_mm_per_unit
 
 
 def _table_moves(

@@ -101,7 +101,9 @@ class Splines:
 
     def _cubic(self, start: Point, end: Point, values: dict[str, Word], at: Word) -> list[Point]:
         first, last = self._way(values, "IJ"), self._way(values, "PQ")
-        if first is None and ("I" in values or "J" in values or self.onward is None):
+        if first is None and "I" not in values and "J" not in values:
+            first = self.onward
+        if first is None:
             return self._fail(
                 at,
                 "G5 without I and J",
@@ -115,7 +117,6 @@ class Splines:
                 "both",
                 "give the second control point from the end of the curve",
             )
-        first = first or self.onward
         self.onward = -last[0], -last[1]
         points = [start, _sum(start, first), _sum(end, last), end]
         return self._chords(points, [1.0] * 4, 4, at)

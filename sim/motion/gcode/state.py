@@ -13,7 +13,7 @@ from sim.motion.gcode.expressions import Key, NoValueError
 from sim.motion.gcode.rotation import Rotation
 from sim.motion.gcode.tools import Tool
 from sim.motion.gcode.words import Word
-from sim.motion.geometry.moves import AXES, Plane, Pose
+from sim.motion.geometry.moves import AXES, Plane, Pose, pose_of
 
 # Parameters of the coordinate systems (LinuxCNC, "Numbered parameters"), in the order of AXES.
 _AXIS_PARAMETER = (0, 1, 2, 3, 5)
@@ -45,6 +45,12 @@ class Modes:
     system_index: int = 0
     in_table_frame: bool = False
     tool_offset: Pose = _ZERO
+
+    @property
+    def rate(self) -> float:
+        """The F number of a block that has one in force."""
+        assert self.feed is not None
+        return self.feed
 
 
 def _parameters() -> dict[Key, float]:
@@ -147,7 +153,7 @@ class State:
             self.parameters[first + offset] = value
 
     def _stored(self, first: int) -> Pose:
-        return tuple(self.parameters[first + offset] for offset in _AXIS_PARAMETER)
+        return pose_of(self.parameters[first + offset] for offset in _AXIS_PARAMETER)
 
     # Coordinates
 
@@ -156,7 +162,7 @@ class State:
         """Of programmed coordinates without a rotation: coordinate system, G92 and tool."""
         parts = self.system, self.shift, self.modes.tool_offset
         if self._summed[0] != parts:
-            total = tuple(s + g + t for s, g, t in zip(*parts, strict=True))
+            total = pose_of(s + g + t for s, g, t in zip(*parts, strict=True))
             self._summed = parts, total
         return self._summed[1]
 
@@ -173,18 +179,18 @@ class State:
     def of_frame(self, frame: Sequence[float]) -> Pose:
         """Programmed coordinates of a point of the frame."""
         if not self.rotation:
-            return tuple(p - o for p, o in zip(frame, self.offset, strict=True))
+            return pose_of(p - o for p, o in zip(frame, self.offset, strict=True))
         parts = zip(frame, self.system, self.modes.tool_offset, strict=True)
         turned = self.rotation.turned_back([p - s - t for p, s, t in parts])
-        return tuple(p - g for p, g in zip(turned, self.shift, strict=True))
+        return pose_of(p - g for p, g in zip(turned, self.shift, strict=True))
 
     def in_frame(self, programmed: Sequence[float]) -> Pose:
         """Coordinates in the frame of a programmed point."""
         if not self.rotation:
-            return tuple(p + o for p, o in zip(programmed, self.offset, strict=True))
+            return pose_of(p + o for p, o in zip(programmed, self.offset, strict=True))
         turned = self.rotation.turned([p + g for p, g in zip(programmed, self.shift, strict=True)])
         parts = zip(turned, self.system, self.modes.tool_offset, strict=True)
-        return tuple(p + s + t for p, s, t in parts)
+        return pose_of(p + s + t for p, s, t in parts)
 
     def end_in_frame(self, programmed: Sequence[float]) -> Pose:
         """As `in_frame`; axes that do not move have their present coordinate to the last bit."""
@@ -192,7 +198,7 @@ class State:
         stays = [p == h for p, h in zip(programmed, here, strict=True)]
         if self.rotation:
             stays[:2] = [stays[0] and stays[1]] * 2
-        return tuple(a if stay else e for e, a, stay in zip(end, at, stays, strict=True))
+        return pose_of(a if stay else e for e, a, stay in zip(end, at, stays, strict=True))
 
     def machine(self, programmed: Sequence[float]) -> Pose:
         """Machine pose of a point in the coordinates of the program."""
@@ -257,7 +263,7 @@ class State:
                 self.parameters[first + _ROTATION] = values["R"].value
         else:
             offsets = self._calculated(index, values)
-        self._store(first, tuple(offsets))
+        self._store(first, pose_of(offsets))
         if index == present:
             self.select_system(index)
 
@@ -291,7 +297,7 @@ class State:
                 )
             for axis, value in given:
                 shift[axis] += here[axis] - value
-            self.shift = tuple(shift)
+            self.shift = pose_of(shift)
             self._store(_G92, self.shift)
             self.parameters[_G92_ACTIVE] = 1.0
         elif word.code == "G92.3":

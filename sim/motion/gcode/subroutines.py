@@ -21,7 +21,7 @@ class Subroutines:
         self._returns([])
 
     def sub(self, head: Head, line: Line, values: list[float]) -> None:
-        if self.run.frame.label is not None:
+        if self.run.frame.label != "":
             self.run.fail(
                 head,
                 f"subroutine inside O{shown(self.run.frame.label)} sub",
@@ -65,7 +65,7 @@ class Subroutines:
         self._check_depth(head)
         self.run.count(head)
         numbers = self.run.state.parameters
-        saved = {n: numbers.get(n, 0.0) for n in range(1, ARGUMENTS + 1)}
+        saved: dict[Key, float] = {n: numbers.get(n, 0.0) for n in range(1, ARGUMENTS + 1)}
         numbers.update(zip(saved, [*values, *[0.0] * (ARGUMENTS - len(values))], strict=True))
         self.run.enter(Frame(head.label, back, line, head, self.run.repeating(), saved))
         self.run.at = self.known[head.label][0] + 1
@@ -108,10 +108,11 @@ class Subroutines:
 
     def number(self, head: Head, line: Line, values: list[float]) -> None:
         if self.run.frame.begin is not None:
+            label = shown(self.run.frame.label)
             self.run.fail(
                 head,
-                f"O{shown(head.label)} inside the subprogram O{shown(self.run.frame.label)}",
-                f"M99 at the end of O{shown(self.run.frame.label)}",
+                f"O{shown(head.label)} inside the subprogram O{label}",
+                f"M99 at the end of O{label}",
                 "write M99 before",
             )
 
@@ -167,7 +168,7 @@ class Subroutines:
             return
         self.run.leave()
         self.run.at = frame.back
-        if frame.restores:
+        if frame.restores and frame.state is not None:
             self.run.state.restore(frame.state)
 
     def endsub(self, head: Head, line: Line, values: list[float]) -> None:
@@ -202,7 +203,7 @@ class Subroutines:
         self.run.state.parameters.update(frame.saved)
         self._returns(values)
         self.run.at = frame.back
-        if frame.restores:
+        if frame.restores and frame.state is not None:
             self.run.state.restore(frame.state)
 
     def _returns(self, values: list[float]) -> None:

@@ -17,7 +17,7 @@ import math
 
 import numpy as np
 
-from sim.motion.geometry.curves import curve_of, to_si
+from sim.motion.geometry.curves import Arc, curve_of, to_si
 from sim.motion.geometry.moves import Move, Pose
 
 Point = tuple[float, float, float]
@@ -63,14 +63,14 @@ def pieces(move: Move, pivot: Point) -> list[Pose]:
         return [to_machine(move.end, pivot)]
     start, end = to_si(move.start), to_si(move.end)
     turn = float(np.abs(end[3:] - start[3:]).sum())
-    arc = move.motion.is_arc
-    if turn == 0.0 and not arc:
+    arc = curve if isinstance(curve, Arc) else None
+    if turn == 0.0 and arc is None:
         return [to_machine(move.end, pivot)]
-    bend = curve.radius * curve.sweep**2 if arc else 0.0
-    way = curve.length if arc else float(np.linalg.norm((end - start)[:3]))
+    bend = arc.radius * arc.sweep**2 if arc else 0.0
+    way = arc.length if arc else float(np.linalg.norm((end - start)[:3]))
     middle = np.array(pivot) / 1e3
     reach = max(float(np.linalg.norm(pose[:3] - middle)) for pose in (start, end))
-    reach += 2 * curve.radius if arc else 0.0
+    reach += 2 * arc.radius if arc else 0.0
     second = bend + 2 * turn * way + turn * turn * reach
     count = math.ceil(math.sqrt(second / (8 * TOLERANCE_MM / 1e3)))
     count = max(count, 1)

@@ -8,7 +8,7 @@ import math
 from sim.motion.gcode.block import POLAR
 from sim.motion.gcode.state import State
 from sim.motion.gcode.words import Word
-from sim.motion.geometry.moves import Pose
+from sim.motion.geometry.moves import Pose, pose_of
 
 
 def target(state: State, values: dict[str, Word]) -> Pose:
@@ -19,7 +19,7 @@ def target(state: State, values: dict[str, Word]) -> Pose:
         end[index] = end[index] + value if incremental else value
     if "@" in values or "^" in values:
         add_polar(state, values, end)
-    return tuple(end)
+    return pose_of(end)
 
 
 def add_polar(state: State, values: dict[str, Word], place: list[float]) -> None:

@@ -80,16 +80,19 @@ _LETTERS = {
 }
 
 
+_OWN_PROGRAMS = "a program of the user's own", _IO
+
+
 def known_word(code: str) -> tuple[str, str] | None:
     """What a G or M word is that other controls have, and why or what instead."""
     if code.startswith("M") and code[1:].isdigit() and 100 <= int(code[1:]) <= 199:
-        return "a program of the user's own", _IO
+        return _OWN_PROGRAMS
     return _WORDS.get(code)
 
 
 def refused_words() -> list[tuple[str, str, str]]:
     """The G and M words that other controls have: codes, what they are, why or what instead."""
-    return [*_TABLE, ("M100 to M199", *known_word("M100"))]
+    return [*_TABLE, ("M100 to M199", *_OWN_PROGRAMS)]
 
 
 def refused_letters() -> list[tuple[str, str, str]]:

@@ -125,7 +125,8 @@ class LineReader(ValueReader):
         return words, settings
 
     def _stray(self, begin: int) -> None:
-        text = _STRAY_RUN.match(self.source, begin).group()
+        run = _STRAY_RUN.match(self.source, begin)
+        text = run.group() if run else self.source[begin]
         self.at = begin + len(text)
         help = "remove it or put it into a comment ( )"
         if text[0] == "/":
@@ -197,7 +198,7 @@ class LineReader(ValueReader):
         if self._peek() in ("+", "-", "#", "["):
             return True
         name = LETTERS.match(self.source, self.at)
-        return bool(name) and name.group().upper() in {*FUNCTIONS, "ATAN", "EXISTS"}
+        return name is not None and name.group().upper() in {*FUNCTIONS, "ATAN", "EXISTS"}
 
     def _number(self, begin: int, number: str) -> float:
         if not _NUMBER.fullmatch(number):

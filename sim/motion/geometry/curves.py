@@ -35,7 +35,8 @@ POINT = 1e-12
 class Curve(Protocol):
     """Curve of `length` with its five coordinates as functions of the length run so far."""
 
-    length: float
+    @property
+    def length(self) -> float: ...
 
     def evaluate(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Point, first and second derivative by s, each (n, 5), for s (n,) in 0..length."""
@@ -203,8 +204,9 @@ def to_si(pose: Pose) -> FloatArray:
 
 def _arc(move: Move) -> Arc:
     start, end = to_si(move.start), to_si(move.end)
-    first, second = axes = move.plane.axes
-    centre = move.centre[0] / 1e3, move.centre[1] / 1e3
+    axes, (across, up) = move.circle
+    first, second = axes
+    centre = across / 1e3, up / 1e3
     radius = math.hypot(start[first] - centre[0], start[second] - centre[1])
     begin = math.atan2(start[second] - centre[1], start[first] - centre[0])
     finish = math.atan2(end[second] - centre[1], end[first] - centre[0])
@@ -225,7 +227,7 @@ def _arc(move: Move) -> Arc:
     return replace(spiral, length=spiral.whole())
 
 
-def curve_of(move: Move) -> Curve | None:
+def curve_of(move: Move) -> Line | Arc | None:
     """Curve of a move, None if the move stays where it is."""
     if move.motion.is_arc:
         arc = _arc(move)
@@ -243,7 +245,7 @@ def feed_of(move: Move, rapid: float = math.inf) -> float:
     """
     if move.motion is Motion.RAPID:
         return math.inf if move.turns_only_the_table else rapid
-    return math.radians(move.feed) / 60 if move.turns_only_the_table else move.feed / 60e3
+    return math.radians(move.rate) / 60 if move.turns_only_the_table else move.rate / 60e3
 
 
 def _speed(move: Move, curve: Curve, rates: RateLimits) -> float:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
 
@@ -11,6 +12,12 @@ MM_PER_INCH = 25.4
 
 Pose = tuple[float, float, float, float, float]
 """x, y, z [mm], tilt A, rotation C [degree]."""
+
+
+def pose_of(values: Iterable[float]) -> Pose:
+    """A pose of five values."""
+    x, y, z, tilt, rotation = values
+    return x, y, z, tilt, rotation
 
 
 class Motion(Enum):
@@ -62,6 +69,18 @@ class Move:
     exact_stop: bool = False
     override: bool = True
     turns: int = 1
+
+    @property
+    def rate(self) -> float:
+        """The feed of a move that is no rapid."""
+        assert self.feed is not None, f"line {self.line}: a rapid has no feed"
+        return self.feed
+
+    @property
+    def circle(self) -> tuple[tuple[int, int], tuple[float, float]]:
+        """Axes of an arc's plane and its centre in them."""
+        assert self.plane is not None and self.centre is not None, f"line {self.line}: no arc"
+        return self.plane.axes, self.centre
 
     @property
     def turns_only_the_table(self) -> bool:

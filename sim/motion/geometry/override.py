@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from typing import TypeVar
 
 from sim.motion.geometry.moves import Dwell, GcodeProgram, Move
 
@@ -18,9 +19,10 @@ MOST_PERCENT = 200.0
 AS_PROGRAMMED = 100.0  # percent
 
 
-def overridden(
-    items: Iterable[Move | Dwell], percent: float, highest: float = math.inf
-) -> Iterator[Move | Dwell]:
+Item = TypeVar("Item", bound=Move | Dwell)
+
+
+def overridden(items: Iterable[Item], percent: float, highest: float = math.inf) -> Iterator[Item]:
     """The items with the override at `percent`.
 
     highest: speed of the tool [m/s] above which no feed is raised; turns of the table alone keep to

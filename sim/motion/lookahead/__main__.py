@@ -89,7 +89,7 @@ def _unit(group: str, order: int) -> str:
 def settings_of(arguments: argparse.Namespace) -> LookaheadSettings:
     """Settings of the command line; raises ValueError naming a value outside its limit."""
     robot = Robot.load(arguments.robot)
-    limits: dict[str, Limits] = {}
+    limits: dict[str, Any] = {}
     for group, (_, factor) in UNITS.items():
         values = getattr(arguments, group)
         if values is not None:

@@ -91,7 +91,8 @@ class Deviation:
         self._lines = np.array([move.line for move in moves])
         self._start = np.array([to_si(move.start) for move in moves]) * SCALE
         self._end = np.array([to_si(move.end) for move in moves]) * SCALE
-        self._arcs = {k: curve_of(move) for k, move in enumerate(moves) if move.motion.is_arc}
+        curves = {k: curve_of(move) for k, move in enumerate(moves) if move.motion.is_arc}
+        self._arcs = {k: curve for k, curve in curves.items() if isinstance(curve, Arc)}
         tolerance = np.array([move.tolerance for move in moves]) / 1e3
         self._allowed = np.maximum(tolerance, [move.merge / 1e3 for move in moves])
         self._corner = np.minimum(tolerance[:-1], tolerance[1:])

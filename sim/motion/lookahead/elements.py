@@ -48,43 +48,51 @@ class Element:
             return kind_of(self.segment)
         return "stop" if self.blends is None else "blend"
 
+    @property
+    def own_segment(self) -> Segment:
+        """The segment of a line, an arc or a run."""
+        assert self.segment is not None, f"line {self.line}: a {self.kind} has no segment"
+        return self.segment
+
     def end(self) -> FloatArray:
         """Last point in path space; not of a stop."""
         if self.turn is not None:
             return self.turn.end
         if self.segment is not None:
             return self.segment.at(np.array([self.offset + self.length]))[0][0]
+        assert self.blends is not None
         return self.blends.at_parameters(np.array([self.index]), np.ones(1), 1)[0][0]
 
 
 def pieces_of(parts: list[tuple[Element, float, float]]) -> Pieces:
     """Lines, arcs or runs (all of one kind), examined at some points each."""
     share = np.full(len(parts), SHARES[0])
-    feed = np.array([element.segment.feed for element, _, _ in parts])
-    if parts[0][0].segment.curve is None:
-        begin = np.array([b for _, b, _ in parts])
-        end = np.array([e for _, _, e in parts])
-        s = np.stack([begin, (begin + end) / 2, end], axis=1)
-        start = np.array([element.segment.start for element, _, _ in parts])
-        direction = np.array([element.segment.direction for element, _, _ in parts])
+    segments = [element.own_segment for element, _, _ in parts]
+    feed = np.array([segment.feed for segment in segments])
+    if segments[0].curve is None:
+        begins = np.array([begin for _, begin, _ in parts])
+        ends = np.array([end for _, _, end in parts])
+        s = np.stack([begins, (begins + ends) / 2, ends], axis=1)
+        start = np.array([segment.start for segment in segments])
+        direction = np.array([segment.direction for segment in segments])
         q = start[:, None] + s[..., None] * direction[:, None]
         d1 = np.broadcast_to(direction[:, None], q.shape)
         zero = np.zeros_like(q)
         return Pieces(q, d1, zero, zero, feed, share)
     if parts[0][0].kind == "run":
         found = []
-        for segment, group in groupby(parts, key=lambda part: part[0].segment):
+        for segment, group in groupby(parts, key=lambda part: part[0].own_segment):
             edges = np.array([part[1:] for part in group])
-            if segment is not None and isinstance(segment.curve, Smoothed):
+            if isinstance(segment.curve, Smoothed):
                 found.append(segment.curve.examined(edges[:, 0], edges[:, 1], EXAMINED))
         q, d1, d2, d3 = (np.concatenate(each) for each in zip(*found, strict=True))
         return Pieces(q, d1, d2, d3, feed, share)
     values = []
     for element, begin, end in parts:
         s = np.array([begin, (begin + end) / 2, end])
-        q, d1, d2 = element.segment.at(s)
-        values.append((q, d1, d2, element.segment.third(s)))
-    return Pieces(*(np.array(v) for v in zip(*values, strict=True)), feed=feed, share=share)
+        values.append((*element.own_segment.at(s), element.own_segment.third(s)))
+    q, d1, d2, d3 = (np.array(each) for each in zip(*values, strict=True))
+    return Pieces(q, d1, d2, d3, feed, share)
 
 
 def evaluate(
@@ -99,15 +107,16 @@ def evaluate(
         lines = np.flatnonzero(kinds == "line")
         place = np.zeros(len(elements), dtype=np.int64)
         place[lines] = np.arange(len(lines))
-        start = np.array([elements[n].segment.start for n in lines])
-        direction = np.array([elements[n].segment.direction for n in lines])
+        start = np.array([elements[n].own_segment.start for n in lines])
+        direction = np.array([elements[n].own_segment.direction for n in lines])
         offset = np.array([elements[n].offset for n in lines])
         own = place[owner[rows]]
         q[rows] = start[own] + (s[rows] + offset[own])[:, None] * direction[own]
         d1[rows] = direction[own]
     for n in np.unique(owner[kind == "turn"]):
-        rows = np.flatnonzero(owner == n)
-        q[rows], d1[rows], d2[rows] = elements[n].turn.at(s[rows])
+        rows, turn = np.flatnonzero(owner == n), elements[n].turn
+        assert turn is not None
+        q[rows], d1[rows], d2[rows] = turn.at(s[rows])
     for n in np.unique(owner[kind == "arc"]):
         rows = np.flatnonzero(owner == n)
         element = elements[n]

@@ -51,9 +51,8 @@ class Joint:
 class SlowestJoints(list[Joint]):
     """The SLOWEST slowest of all joints added, so that a long program does not fill the memory."""
 
-    def __iadd__(self, others: Iterable[Joint]) -> SlowestJoints:
+    def extend(self, others: Iterable[Joint]) -> None:
         self[:] = heapq.nsmallest(SLOWEST, [*self, *others], key=lambda joint: joint.speed)
-        return self
 
 
 class Joints:
@@ -127,18 +126,21 @@ class Joints:
         if len(rows):
             blends = self.blend[corners[rows]]
             speed = np.array([self.found[n][0] for n in blends])
-            lines = tuple(tuple(value[rows] for value in side) for side in sides)
+            left, right = ((a[rows], b[rows], c[rows]) for a, b, c in sides)
+            distance = self.distance[corners[rows]]
             gains[rows] = choice.blend_gains(
-                self.blends.length[blends], speed, self.distance[corners[rows]], lines, window
+                self.blends.length[blends], speed, distance, (left, right), window
             )
         for row, k in enumerate(corners.tolist()):
-            limits = tuple((float(speed[row]), float(rate[row])) for _, speed, rate in sides)
-            turn = choice.turn(self.segments[k], self.segments[k + 1], limits, within[k], settings)
-            if turn is not None:
-                gain = choice.turn_gain(turn[1], limits, window)
+            first, last = ((float(speed[row]), float(rate[row])) for _, speed, rate in sides)
+            before, after = self.segments[k], self.segments[k + 1]
+            chosen = choice.turn(before, after, (first, last), within[k], settings)
+            if chosen is not None:
+                turn, acceleration = chosen
+                gain = choice.turn_gain(acceleration, (first, last), window)
                 if gain < min(0.0, gains[row]):
-                    self.turns[k] = *turn, *limits
-                    self.distance[k], self.stop[k], self.blend[k] = turn[0].half, False, -1
+                    self.turns[k] = turn, acceleration, first, last
+                    self.distance[k], self.stop[k], self.blend[k] = turn.half, False, -1
                     continue
             if gains[row] > 0.0:
                 self.distance[k], self.stop[k], self.blend[k] = 0.0, True, -1
@@ -236,7 +238,7 @@ class Joints:
         return points[kept], blended[kept]
 
     def _controls(self, which: NDArray[np.int64], distance: FloatArray) -> FloatArray:
-        ends = []
+        ends: list[tuple[FloatArray, ...]] = []
         for k in which:
             first, second, d = self.segments[k], self.segments[k + 1], distance[k]
             if first.curve is None and second.curve is None:
@@ -249,21 +251,21 @@ class Joints:
                 )
             else:
                 sides = first.at(np.array([first.length - d])), second.at(np.array([d]))
-                ends.append([value[0] for pair in zip(*sides, strict=True) for value in pair])
-        pairs = np.array(ends).reshape(-1, 3, 2, 5).transpose(1, 2, 0, 3)
-        return blend.control_points(*pairs, distance[which], self.angle[which])
+                ends.append(tuple(value[0] for pair in zip(*sides, strict=True) for value in pair))
+        p, q, t, u, b, c = np.array(ends).reshape(-1, 6, 5).transpose(1, 0, 2)
+        return blend.control_points((p, q), (t, u), (b, c), distance[which], self.angle[which])
 
     def pieces(self, numbers: NDArray[np.int64]) -> Pieces:
         """The blends `numbers`, examined at their nodes."""
         count = len(blend.EXAMINED)
         u = np.tile(blend.EXAMINED, len(numbers))
         values = self.blends.at_parameters(numbers.repeat(count), u)
-        values = [value.reshape(len(numbers), count, 5) for value in values]
+        q, d1, d2, d3 = (value.reshape(len(numbers), count, 5) for value in values)
         joint = self.which[numbers]
         # The tool's part of the way may be greater within a blend than at both its ends.
-        tool = np.linalg.norm(values[1][..., :3], axis=2).max(axis=1)
+        tool = np.linalg.norm(d1[..., :3], axis=2).max(axis=1)
         return Pieces(
-            *values,
+            *(q, d1, d2, d3),
             feed=np.minimum(self.feed[joint], self.tool_feed[joint] / np.maximum(tool, 1e-12)),
             share=np.interp(self.angle[joint], SHARE_ANGLES, SHARES),
         )

@@ -181,7 +181,7 @@ def _kept(channel: _Channel, c: FloatArray, a: FloatArray, window: float) -> NDA
         cube, twist = square * c, 3 * c * a
         along = a3 * cube + a2 * twist + channel.first * a / window
         kept &= along**2 + (n3 * cube + n2 * twist) ** 2 <= (MARGIN * channel.limits.jerk) ** 2
-    return kept.all(axis=1)
+    return np.asarray(kept.all(axis=1))
 
 
 def speeds(pieces: Pieces, limits: MachineLimits, robot: Robot) -> tuple[FloatArray, FloatArray]:

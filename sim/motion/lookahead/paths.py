@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import random
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from asip_asm.project import ROOT
 from sim.motion.gcode.interpreter import parse
@@ -21,7 +21,7 @@ FEED = 2400  # mm/min
 TOLERANCES = (0.001, 0.005, 0.01, 0.02, 0.05, 0.2, 1.0)  # P of every path [mm]
 
 
-def _lines(points: list[tuple[float, ...]], feed: float = FEED) -> str:
+def _lines(points: Sequence[tuple[float, ...]], feed: float = FEED) -> str:
     """A program along points of x, y and, if they have them, a and c; it begins at the first."""
     words = ["".join(f"{n}{v:.6f} " for n, v in zip("XYAC", p, strict=False)) for p in points]
     return "\n".join([f"G0 {words[0]}", "G4 P0", f"G1 F{feed:g} {words[1]}", *words[2:]])
@@ -64,7 +64,8 @@ def star(points: int, step: int, radius: float) -> str:
 def walk(seed: int, count: int, least: float, most: float, five: bool = False) -> str:
     """Random lines, of log-uniform length [mm], with or without turns of the table."""
     rng = random.Random(f"walk {seed}")
-    place, points = [0.0] * 4, [(0.0,) * 4]
+    place = [0.0] * 4
+    points: list[tuple[float, ...]] = [(0.0,) * 4]
     for _ in range(count):
         length, angle = math.exp(rng.uniform(math.log(least), math.log(most))), rng.uniform(0, 6.28)
         place = [

@@ -127,7 +127,7 @@ class Lookahead:
             count = max(0, math.ceil((stretch.duration - ahead) / period - 1e-9))
             for first in range(0, count, BLOCK):
                 numbers = np.arange(first, min(first + BLOCK, count))
-                yield self._sample(stretch, ahead + period * numbers, tick + first)
+                yield self._sample(stretch, ahead + period * numbers.astype(float), tick + first)
             tick += count
             ahead += count * period - stretch.duration
         if self.summary.moves and self._last is not None:
@@ -163,8 +163,8 @@ class Lookahead:
                 held += item.count
                 if held < self.settings.depth:
                     continue
-            dwell = item if isinstance(item, Dwell) else None
-            before, cut, cells = self._batch(before, cut, batch, dwell)
+            rest = item if isinstance(item, Dwell) else None
+            before, cut, cells = self._batch(before, cut, batch, rest)
             batch, held = [], 0
             yield from cells
         self.summary.moves = segments.moves
@@ -177,12 +177,10 @@ class Lookahead:
         """Cells of the segments up to a dwell, or without the last one, which is handed back."""
         segments = [before, *batch] if before is not None else batch
         if not segments:
-            cells: list[Cell | Corner | Stop] = (
-                [Stop(dwell.seconds)] if dwell and dwell.seconds > 0.0 else []
-            )
-            if cells:
-                self._elements.append(Element(0.0, dwell.line, self._last.move))
-            return None, 0.0, cells
+            if self._last is None or dwell is None or dwell.seconds <= 0.0:
+                return None, 0.0, []
+            self._elements.append(Element(0.0, dwell.line, self._last.move))
+            return None, 0.0, [Stop(dwell.seconds)]
         joints = Joints(segments, self.settings)
         self.summary.blends += int(np.sum(joints.blend >= 0))
         self.summary.turns += len(joints.turns)
@@ -253,7 +251,7 @@ class Lookahead:
                 continue
             cells.append(Cell(end - begin, *limit))
         if self.joints is not None:
-            self.joints += joints.records
+            self.joints.extend(joints.records)
         self.summary.cells += len(cells)
         return cells
 
@@ -286,7 +284,7 @@ class Lookahead:
         s = stretch.position[k] + d * (v0 + d * (a0 / 2 + d * j / 6))
         v, a = v0 + d * (a0 + d * j / 2), a0 + d * j
         count, end = 0, self._begin
-        begins = []
+        begins: list[float] = []
         top = float(s[-1])
         for element in self._elements:
             if element.length == 0.0 or (begins and end > top):

@@ -231,7 +231,7 @@ class _Run:
             length=curve.length,
             feed=min(line.feed for line in own),
             tool_feed=min(line.tool_feed for line in own),
-            direction=None,
+            direction=np.zeros(5),
             curve=curve,
             ratio=1.0,
             # Reflections in an end at most double what a corner deviates.

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -27,7 +27,7 @@ class Segment:
     tolerance: float  # [m]
     merge: float  # [m]
     inner: bool
-    direction: FloatArray | None = None  # of a line
+    direction: FloatArray = field(default_factory=lambda: np.zeros(5))  # of a line
     curve: Arc | Smoothed | None = None  # of an arc, or of a run of lines
     ratio: float = 1.0  # length in path space per length of the curve
     off: float = 0.0  # greatest distance of corners that were joined into this line [m]
@@ -76,5 +76,7 @@ class Segment:
         return point * SCALE, first * SCALE / self.ratio, second * SCALE / self.ratio**2
 
     def third(self, s: FloatArray) -> FloatArray:
-        """Third derivative of an arc by the length, (n, 5), in path space."""
+        """Third derivative by the length, (n, 5), in path space."""
+        if self.curve is None:
+            return np.zeros((len(s), 5))
         return self.curve.third(s / self.ratio) * SCALE / self.ratio**3

@@ -222,12 +222,11 @@ def _on_its_circle(move: Move) -> Move:
     """
     if not move.motion.is_arc:
         return move
-    first, second = move.plane.axes
+    (first, second), (cx, cy) = move.circle
     ax, ay = move.start[first], move.start[second]
     bx, by = move.end[first], move.end[second]
     ux, uy = bx - ax, by - ay
     square = ux * ux + uy * uy
-    cx, cy = move.centre
     radius = math.hypot(ax - cx, ay - cy)
     growth = math.hypot(bx - cx, by - cy) - radius
     if math.sqrt(square) <= FULL_TURN_BELOW * radius or abs(growth) > MISSES * 1e3:

@@ -9,6 +9,8 @@ from sim.motion.geometry.curves import check_positive
 from sim.motion.lookahead.limits import MachineLimits
 from sim.robot.parameters import Robot
 
+OF_ROBOT = object.__new__(MachineLimits)
+"""In place of limits: those of the robot."""
 DEPTH = 256  # moves looked at together, and least depth of the look-ahead
 
 
@@ -20,7 +22,7 @@ class LookaheadSettings:
     a blend, also where a turn or a stop would be faster; for the figures of blends.
     """
 
-    limits: MachineLimits | None = None
+    limits: MachineLimits = OF_ROBOT
     rapid: float | None = None
     depth: int = DEPTH
     robot: Robot = field(default_factory=Robot.load)
@@ -32,7 +34,7 @@ class LookaheadSettings:
         return self.robot.T_s
 
     def __post_init__(self) -> None:
-        if self.limits is None:
+        if self.limits is OF_ROBOT:
             object.__setattr__(self, "limits", MachineLimits.of(self.robot))
         if self.rapid is not None:
             check_positive(rapid=self.rapid)

@@ -121,8 +121,10 @@ class SpeedPlanner:
     _end: float = 0.0
     _speed: float = 0.0
     _next: int = 0
-    _filter: _Average | None = None
     planned: int = 0  # cells planned, repeats counted: for checks of the work done
+
+    def __post_init__(self) -> None:
+        self._filter = _Average(self.window)
 
     def run(self, items: Iterable[Cell | Corner | Stop]) -> Iterator[Stretch]:
         """Stretches of the motion along the cells, from rest to rest."""
@@ -227,7 +229,9 @@ class SpeedPlanner:
         )
         corners = {place for place in self._corners if place < end}
         marks = sorted({0.0, end, *corners, *(c[0] for c in cells), *(c[1] for c in cells)})
-        places, speeds, accelerations = [0.0], [], []
+        places = [0.0]
+        speeds: list[float] = []
+        accelerations: list[float] = []
         slow: list[tuple[float, float]] = []
         weak: list[tuple[float, float]] = []
         following = 0

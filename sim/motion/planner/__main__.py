@@ -134,14 +134,16 @@ def _plan(arguments: argparse.Namespace) -> tuple[RampTimePlan, Profile | None, 
     if not arguments.optimal:
         return plan, None, None
     values = dict(zip(("acceleration", "jerk"), default_limits(plan), strict=True))
-    for name in values:
-        if getattr(arguments, name) is not None:
-            values[name] = float(bounded(name, getattr(arguments, name)))
-        if values[name] is None:
+    found: dict[str, float] = {}
+    for name, own in values.items():
+        given = getattr(arguments, name)
+        value = own if given is None else float(bounded(name, given))
+        if value is None:
             raise SCurveError(
                 f"the move has no {name} of its own (v0 = vm or tm = 0): give --{name}"
             )
-    limits = Limits(float(plan.vm), values["acceleration"], values["jerk"])
+        found[name] = value
+    limits = Limits(float(plan.vm), found["acceleration"], found["jerk"])
     ve = arguments.v0 if arguments.ve is None else arguments.ve
     profile = time_optimal(float(plan.length), float(plan.v0), float(bounded("ve", ve)), limits)
     return plan, profile, limits
@@ -182,8 +184,10 @@ def _json(
         "phases": shown,
     }
     if profile is None:
-        names = ("total_time", "peak_speed", "peak_acceleration", "jerk")
-        names += ("cruise_critical_length", "acceleration_critical_length")
+        names = (
+            *("total_time", "peak_speed", "peak_acceleration", "jerk"),
+            *("cruise_critical_length", "acceleration_critical_length"),
+        )
         figures = {name: getattr(forms, name) for name in names}
         document |= {"mode": "ramp time", "segments": forms.kind.value, "class": forms.kind.name}
         document |= {name: float(value) for name, value in figures.items()}
@@ -249,6 +253,7 @@ def _core_table(plan: RampTimePlan, configuration: str) -> tuple[Table, int]:
     for name, value in want.items():
         got = float(run.values[name][0])
         table.add_row(name, f"{got:.9g}", f"{float(value):.9g}", f"{got - float(value):.2g}")
+    assert run.cycles is not None  # the RTL counts
     return table, int(run.cycles[0])
 
 

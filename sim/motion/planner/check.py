@@ -205,13 +205,14 @@ def exact_profile(curve: SCurve | RampTimePlan, time: float) -> tuple[Fraction, 
     am = (peak - v0) / (tr - tm)
     signs = (1, 0, -1, 0, -1, 0, 1)
     times = (tm, tr - 2 * tm, tm, cruise, tm, tr - 2 * tm, tm)
-    starts = (0, am, am, 0, 0, -am, -am)
+    zero = Fraction(0)
+    starts = (zero, am, am, zero, zero, -am, -am)
     position, speed, acceleration, left = Fraction(0), v0, Fraction(0), Fraction(time)
     for sign, duration, start in zip(signs, times, starts, strict=True):
         step = min(left, duration)
         jerk = sign * am / tm if tm else Fraction(0)
-        position += speed * step + start * step**2 / 2 + jerk * step**3 / 6
-        speed += start * step + jerk * step**2 / 2
+        position += step * (speed + step * (start / 2 + step * jerk / 6))
+        speed += step * (start + jerk * step / 2)
         acceleration = start + jerk * step
         left -= step
         if left <= 0:

@@ -27,7 +27,7 @@ class State(NamedTuple, Generic[Number]):
     speed: Number
     acceleration: Number
 
-    def after(self, time: Number, jerk: Number) -> State[Number]:
+    def after(self: State[Any], time: Number, jerk: Number) -> State[Number]:
         """State `time` seconds later (earlier if negative) under constant jerk [unit/s3]."""
         p, v, a = self
         return State(

@@ -126,7 +126,7 @@ def _flagged(records: list[Record], flags: int) -> list[Record]:
 
 def _check(number: int, count: int, velocity: Fraction, slope: int, jerk: int) -> None:
     unit = UNITS_PER_HZ * FRACTION
-    end = velocity + count * slope + jerk * count * (count + 1) / 2
+    end = velocity + count * slope + Fraction(jerk * count * (count + 1), 2)
     highest = HIGHEST_RATE * unit
     if not 0 < count <= COUNT_LIMIT:
         raise PulseRecordError(f"phase {number}: count {count} is not within 1..{COUNT_LIMIT}")

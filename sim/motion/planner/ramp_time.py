@@ -90,9 +90,11 @@ def ramp_time_plan(v0: Exact, vm: Exact, tr: Exact, tm: Exact, length: Exact) ->
     0 <= v0 <= vm, vm > 0, tr > 0, 0 <= tm <= tr/2, length > 0.
     """
     names = ("v0", "vm", "tr", "tm", "length")
-    values = [exact(*pair) for pair in zip(names, (v0, vm, tr, tm, length), strict=True)]
-    forms = closed_forms(*values)
-    return RampTimePlan(*values, forms, tuple(_phases(values[0], forms)))
+    given = (v0, vm, tr, tm, length)
+    start, most, rise, rounding, way = (exact(*pair) for pair in zip(names, given, strict=True))
+    forms = closed_forms(start, most, rise, rounding, way)
+    phases = tuple(_phases(start, forms))
+    return RampTimePlan(start, most, rise, rounding, way, forms, phases)
 
 
 def _phases(v0: Fraction, forms: ClosedForms[Fraction]) -> Iterator[Phase[Fraction]]:

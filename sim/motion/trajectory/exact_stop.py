@@ -267,7 +267,7 @@ def generate(
     ticks = np.arange(tick + 1)
     position, velocity, acceleration = map(np.concatenate, zip(*parts, strict=True))
     trajectory = Trajectory(
-        t=ticks * settings.period,
+        t=ticks.astype(np.float64) * settings.period,
         position=position,
         velocity=velocity,
         acceleration=acceleration,

@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.motion.geometry.curves import feed_of
+from sim.motion.geometry.curves import FloatArray, feed_of
 from sim.motion.lookahead.limits import MachineLimits
 from sim.motion.trajectory.program import ProgramPath
 from sim.robot.kinematics import inverse_acceleration, inverse_velocity
@@ -30,7 +32,7 @@ def limited_by(path: ProgramPath, robot: Robot, limits: MachineLimits) -> dict[s
     leg_acceleration = inverse_acceleration(
         robot, path.position[:, :3], tool, path.acceleration[:, :3]
     )
-    groups = {
+    groups: dict[str, tuple[Callable[..., FloatArray], FloatArray, FloatArray]] = {
         "tool": (np.linalg.norm, tool, path.acceleration[:, :3]),
         "leg": (np.max, np.abs(legs), np.abs(leg_acceleration)),
         "table": (np.max, np.abs(table), np.abs(path.acceleration[:, 3:])),

@@ -99,14 +99,16 @@ class ProgramPath(Ticks):
     @property
     def drawing(self) -> NDArray[np.bool_]:
         """Whether a tick (n,) is of a move at a feed rate, not of a rapid one."""
-        feed = np.array([move.motion is not Motion.RAPID for move in self.moves])
-        return (self.move >= 0) & feed[self.move]
+        feed: NDArray[np.bool_] = np.array([move.motion is not Motion.RAPID for move in self.moves])
+        drawn: NDArray[np.bool_] = feed[self.move]
+        return np.asarray(drawn & (self.move >= 0))
 
     @property
     def exact_stop(self) -> NDArray[np.bool_]:
         """Whether a tick (n,) is of a move under G61.1."""
-        exact = np.array([move.exact_stop for move in self.moves])
-        return (self.move >= 0) & exact[self.move]
+        exact: NDArray[np.bool_] = np.array([move.exact_stop for move in self.moves])
+        stops: NDArray[np.bool_] = exact[self.move]
+        return np.asarray(stops & (self.move >= 0))
 
 
 def plan(program: GcodeProgram, robot: Robot, ticks: int | None = None) -> ProgramPath:
@@ -135,9 +137,11 @@ def plan(program: GcodeProgram, robot: Robot, ticks: int | None = None) -> Progr
         count += len(part)
         if not whole:
             break
-    joined = (np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0]))
     return ProgramPath(
-        *joined,
+        position=np.concatenate([part.position for part in parts]),
+        velocity=np.concatenate([part.velocity for part in parts]),
+        acceleration=np.concatenate([part.acceleration for part in parts]),
+        move=np.concatenate([part.move for part in parts]),
         period=robot.T_s,
         moves=program.moves,
         rest=min(rest, count),
@@ -212,24 +216,29 @@ def _resting(pose: Pose, seconds: float, period: float, number: int) -> Ticks:
 def _exact_stops(file: str, items: list[_Item], robot: Robot, corners: Corners) -> Iterator[Ticks]:
     """The ticks of moves and rests under G61.1, without the last one."""
     settings = MotionSettings(robot, lead_in=0.0)
-    for is_dwell, group in groupby(items, key=lambda item: isinstance(item[2], Dwell)):
-        entries = list(group)
-        if is_dwell:
-            for number, pose, dwell in entries:
-                corners.rest += dwell.seconds
-                yield _resting(pose, dwell.seconds, robot.T_s, number)
+    for _, group in groupby(items, key=lambda item: isinstance(item[2], Dwell)):
+        moving_moves: list[tuple[int, Move]] = []
+        for number, pose, item in group:
+            if isinstance(item, Dwell):
+                corners.rest += item.seconds
+                yield _resting(pose, item.seconds, robot.T_s, number)
+            elif curve_of(item) is not None:
+                moving_moves.append((number, item))
+        if not moving_moves:
             continue
-        moves = tuple(move for _, _, move in entries if curve_of(move) is not None)
-        if not moves:
-            continue
-        numbers = np.array([n for n, _, move in entries if curve_of(move) is not None])
+        numbers = np.array([number for number, _ in moving_moves])
+        moves = tuple(move for _, move in moving_moves)
         part = GcodeProgram(file, moves[0].start, moves)
         found = generate(part, settings, most_ticks=MOST_TICKS)
         moving = found.velocity[found.first_ticks[1:-1]].any(axis=1)
         corners.smooth += int(moving.sum())
         corners.stops += int((~moving).sum())
-        values = found.position, found.velocity, found.acceleration, numbers[found.block]
-        yield Ticks(*(value[:-1] for value in values))
+        yield Ticks(
+            found.position[:-1],
+            found.velocity[:-1],
+            found.acceleration[:-1],
+            numbers[found.block][:-1],
+        )
 
 
 def _looking_ahead(
@@ -262,6 +271,6 @@ def _looking_ahead(
 
 def set_points(trajectory: Trajectory | ProgramPath, ticks: int | None = None) -> SetPoints:
     """The first `ticks` set-points of a trajectory, None: all."""
-    parts = (trajectory.position, trajectory.velocity, trajectory.acceleration)
-    parts = [part[:ticks] for part in parts]
+    whole = (trajectory.position, trajectory.velocity, trajectory.acceleration)
+    parts = [part[:ticks] for part in whole]
     return SetPoints(*(part[:, :3] for part in parts), *(part[:, 3:] for part in parts))

@@ -139,6 +139,9 @@ extern "C" {
 #define ASIP__CSR__STREAM__WORDS_LOG2_bm 0x1f00
 #define ASIP__CSR__STREAM__WORDS_LOG2_bp 8
 #define ASIP__CSR__STREAM__WORDS_LOG2_bw 5
+#define ASIP__CSR__STREAM__LOOPS_bm 0x6000
+#define ASIP__CSR__STREAM__LOOPS_bp 13
+#define ASIP__CSR__STREAM__LOOPS_bw 2
 
 // regfile - asip::csr
 typedef struct __attribute__ ((__packed__)) {

@@ -139,6 +139,9 @@ extern "C" {
 #define ASIP_DESC_3C398FCC__CSR__STREAM__WORDS_LOG2_bm 0x1f00
 #define ASIP_DESC_3C398FCC__CSR__STREAM__WORDS_LOG2_bp 8
 #define ASIP_DESC_3C398FCC__CSR__STREAM__WORDS_LOG2_bw 5
+#define ASIP_DESC_3C398FCC__CSR__STREAM__LOOPS_bm 0x6000
+#define ASIP_DESC_3C398FCC__CSR__STREAM__LOOPS_bp 13
+#define ASIP_DESC_3C398FCC__CSR__STREAM__LOOPS_bw 2
 
 // regfile - asip_desc_3c398fcc::csr
 typedef struct __attribute__ ((__packed__)) {
@@ -368,6 +371,9 @@ typedef struct __attribute__ ((__packed__)) {
 #define ASIP_DESC_BC5D3C60__CSR__STREAM__WORDS_LOG2_bm 0x1f00
 #define ASIP_DESC_BC5D3C60__CSR__STREAM__WORDS_LOG2_bp 8
 #define ASIP_DESC_BC5D3C60__CSR__STREAM__WORDS_LOG2_bw 5
+#define ASIP_DESC_BC5D3C60__CSR__STREAM__LOOPS_bm 0x6000
+#define ASIP_DESC_BC5D3C60__CSR__STREAM__LOOPS_bp 13
+#define ASIP_DESC_BC5D3C60__CSR__STREAM__LOOPS_bw 2
 
 // regfile - asip_desc_bc5d3c60::csr
 typedef struct __attribute__ ((__packed__)) {
