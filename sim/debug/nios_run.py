@@ -119,14 +119,18 @@ def ready(system: str, say: Console, debug: bool) -> NiosRtl:
 def write_trace(core: NiosRtl, program: Program, options: argparse.Namespace, say: Console) -> None:
     """Write the files of --konata and --timeline, and say what they hold. Raises OSError."""
     steps = core.traced()
-    if options.konata:
-        write_text(options.konata, konata(steps, program, core.platform))
-    if options.timeline:
-        write_text(options.timeline, timeline(steps, program, core.map.clock_mhz))
+    texts = {
+        options.konata: lambda: konata(steps, program, core.platform),
+        options.timeline: lambda: timeline(steps, program, core.map.clock_mhz),
+    }
+    files = [path for path in texts if path]
+    for path in files:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_text(path, texts[path]())
     skip, count = options.trace
-    files = " and ".join(str(path) for path in (options.konata, options.timeline) if path)
     more = "; --trace FIRST:COUNT chooses others" if len(steps) == count else ""
-    say.print(f"nios-run: {files}: {len(steps)} instructions from number {skip} on{more}")
+    names = " and ".join(map(str, files))
+    say.print(f"nios-run: {names}: {len(steps)} instructions from number {skip} on{more}")
 
 
 def run(
