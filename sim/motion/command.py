@@ -11,7 +11,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from asip_asm.command import INTERRUPTED
+from asip_asm.command import INTERRUPTED, count
 from sim.motion.geometry.override import AS_PROGRAMMED, MOST_PERCENT
 from sim.robot.parameter_uses import UNUSED
 from sim.robot.parameters import ROBOT_TOML
@@ -49,6 +49,32 @@ def add_override_option(parser: argparse.ArgumentParser) -> None:
         help=f"feed override, at most {MOST_PERCENT:g}: scales feeds, not rapids; M49 switches "
         f"it off ({AS_PROGRAMMED:g})",
     )
+
+
+def add_line_option(parser: argparse.ArgumentParser) -> None:
+    """--from LINE, as `line`."""
+    parser.add_argument(
+        "--from",
+        dest="line",
+        type=count,
+        metavar="LINE",
+        help="begin at rest where the first move of this line begins, or of a later one",
+    )
+
+
+def seconds_between(text: str) -> tuple[float, float]:
+    """Two times [s] with a colon between them; without the first 0, without the second infinite."""
+    begin, colon, end = text.partition(":")
+    try:
+        found = float(begin or 0.0), float(end or math.inf)
+    except ValueError:
+        found = math.nan, math.nan
+    if not (colon and 0.0 <= found[0] < found[1] and math.isfinite(found[0])):
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is no window; expected two times in seconds such as 12.5:20, with the "
+            "earlier one first"
+        )
+    return found
 
 
 def _percent(text: str) -> float:

@@ -16,7 +16,7 @@ from sim.motion.lookahead import figures as lookahead_figures
 from sim.motion.lookahead import stress
 from sim.report.marks import between_marks
 
-TINY = goals.Counts(10, 1, 20, 3, 3, 1, 4, 6, 2, 2)
+TINY = goals.Counts(10, 1, 20, 3, 3, 1, 4, 6, 2, 2, 500)
 MARKED = "before\n<!-- goals: written by x -->\nold\n<!-- end of goals -->\nbehind\n"
 FIGURES = (
     ("with blending, trapezoid", "s", 1.5),

@@ -18,6 +18,7 @@ from rich.console import Console
 from sim.bench.run import __main__ as main_job
 from sim.bench.run import estimate
 from sim.bench.run.job import Order, run
+from sim.motion.trajectory import windows
 from sim.robot.parameters import ROBOT_TOML
 from sim.rtl import plain
 from tests.bench.commands import output
@@ -30,10 +31,11 @@ LINE = "G64 P0.01\nG1 X2 F1200\nY2\nM2\n"
     ("program", "robot", "text"),
     [
         ("G4 P1\nM2\n", None, "part.ngc: error: the program has no motion"),
-        ("G1 X10 F0.01\nM2\n", None, "part.ngc:1: error: the motion is too long"),
-        ("G61.1 G1 X10 F0.01\nM2\n", None, "part.ngc:1: error: the motion is too long"),
+        ("G1 X10 F0.001\nM2\n", None, "part.ngc:1: error: the motion is too long"),
+        ("G61.1 G1 X10 F0.001\nM2\n", None, "part.ngc:1: error: the motion is too long"),
         ("G0 X1000\nM2\n", None, "part.ngc:1: error: the move leaves the workspace"),
         ("G1 X1\nM2\n", None, "part.ngc:1:"),
+        ("G64 G1 X1 F600\nM2\nX2", None, "part.ngc: error: no move is in line 3"),
         ("G0 X1\nA14000\nM2\n", None, "part.ngc:2: error: the move leaves the workspace; got A"),
         ("G61.1 G0 X1\nA200\nM2\n", None, "part.ngc:2: error: tick "),
         (None, None, "part.ngc: No such file"),
@@ -46,6 +48,7 @@ def test_bad_input__status_1_one_message_no_folder(tmp_path, capsys, program, ro
     arguments = [str(part), "--output", str(folder)]
     if program is not None:
         part.write_text(program)
+        arguments += ["--from", "3"] * ("M2\nX2" in program)
     if robot is not None:
         (tmp_path / "robot.toml").write_text(robot)
         arguments += ["--robot", str(tmp_path / "robot.toml")]
@@ -57,7 +60,18 @@ def test_bad_input__status_1_one_message_no_folder(tmp_path, capsys, program, ro
 
 @pytest.mark.parametrize(
     "arguments",
-    [["--ticks", "0"], ["--ticks", "x"], ["--platforms", "fpga4"], ["--platforms", ","]],
+    [
+        ["--ticks", "0"],
+        ["--ticks", "x"],
+        ["--platforms", "fpga4"],
+        ["--platforms", ","],
+        ["--from", "0"],
+        ["--seconds", "5"],
+        ["--seconds", "2:1"],
+        ["--seconds=-1:1"],
+        ["--seconds", "0:x"],
+        ["--seconds", "0:1", "--ticks", "5"],
+    ],
 )
 def test_bad_command_line__status_2(arguments, capsys):
     with pytest.raises(SystemExit) as stop:
@@ -148,7 +162,11 @@ def test_worker_that_dies__is_told(capsys, monkeypatch):
 def test_short_path__every_comparison_is_made(tmp_path, ticks):
     part = tmp_path / "part.ngc"
     part.write_text(LINE)
-    order = Order(part, ROBOT_TOML, tmp_path / "out", ticks, ("fpga3",), plots=False, override=80.0)
+    order = Order(
+        *(part, ROBOT_TOML, tmp_path / "out", None, ticks, None, ("fpga3",)),
+        plots=False,
+        override=80.0,
+    )
     data = run(order, Console(quiet=True))
     kept = json.loads((tmp_path / "out/results.json").read_text())
     assert kept == json.loads(json.dumps(data))
@@ -156,6 +174,21 @@ def test_short_path__every_comparison_is_made(tmp_path, ticks):
     assert set(kept["platforms"]) == {"fpga3"} and kept["path"]["whole"] is False
     assert kept["feed_override_percent"] == 80.0
     assert all(goal["met"] for goal in kept["goals"]) and len(kept["goals"]) == 2
+
+
+def test_window__runs_in_and_is_compared_tick_by_tick(tmp_path, monkeypatch):
+    monkeypatch.setattr(windows, "RUN_IN", 0.02)
+    part = tmp_path / "part.ngc"
+    part.write_text("G64 P0.01\nG1 X5 F900\nX2 F1200\nY2\nM2\n")
+    order = Order(
+        *(part, ROBOT_TOML, tmp_path / "out", 3, None, (0.05, 0.06), ("fpga3",)), plots=False
+    )
+    data = run(order, Console(quiet=True))
+    assert data["bounds_ok"] is True and data["ticks"] == 1000 + 200 + 100
+    assert data["path"]["windows"] == [
+        {"why": "as chosen", "first_tick": 1200, "ticks": 100, "at_s": 0.05, "lines": [3, 3]}
+    ]
+    assert data["path"]["whole"] is False and data["path"]["moves"] == 2
 
 
 def test_exceeded_bound__is_status_3(monkeypatch):
@@ -172,10 +205,18 @@ def test_costs__broken_file__are_the_typical_ones(tmp_path):
 
 
 def test_make_run__names_with_spaces__stay_one_word(tmp_path):
-    words = ["GCODE=my part.ngc", "ROBOT=a robot.toml", "OUTPUT=to here", "TICKS=7", "OVERRIDE=80"]
+    words = [
+        "GCODE=my part.ngc",
+        "ROBOT=a robot.toml",
+        "OUTPUT=to here",
+        "TICKS=7",
+        "OVERRIDE=80",
+        "FROM=4",
+    ]
     text = output("make", "-n", "run", *words, "PLATFORMS=fpga1,fpga3", cwd=ROOT)
     line = text[text.index("-m sim.bench.run") :].replace("\\\n", " ").splitlines()[0]
-    wanted = "-m sim.bench.run 'my part.ngc' --robot 'a robot.toml' --output 'to here' --ticks 7"
+    wanted = "-m sim.bench.run 'my part.ngc' --robot 'a robot.toml' --output 'to here'"
+    wanted += " --ticks 7 --from 4"
     assert shlex.split(line) == shlex.split(f"{wanted} --override 80 --platforms fpga1,fpga3")
 
 

@@ -25,6 +25,7 @@ from sim.bench.drive.hardware import load
 from sim.bench.drive.position import SHOWN
 from sim.bench.drive.start_up import StartUpError
 from sim.core.controller import ControllerFault
+from sim.motion.command import add_robot_option
 from sim.report.goals import as_json, missed, terminal_table, write_goals
 from sim.robot.drives import Drives
 from sim.robot.parameters import ROBOT_TOML, ParameterError, Robot
@@ -45,7 +46,7 @@ def main(
         "at every clock is kept, so a full run that was stopped goes on."
     )
     parser = script_parser(__doc__, example, prog)
-    parser.add_argument("--robot", type=Path, default=ROBOT_TOML, help="parameter file")
+    add_robot_option(parser, "drive")
     parser.add_argument("--results", type=Path, default=BUILD / "drive.json", help="file written")
     parser.add_argument(
         "--loops", action="store_true", help="current loops and blocks alone, 4 minutes"

@@ -6,12 +6,18 @@ from __future__ import annotations
 import functools
 import itertools
 import math
+import os
+import subprocess
+import sys
+import tempfile
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
+from asip_asm.project import ROOT
 from sim.bench.motion.goal import Counts, Features, Measured, Rows
 from sim.motion.gcode.oracle import compare_samples
 from sim.motion.geometry.moves import Motion, Move
@@ -238,6 +244,35 @@ def spiral(count: int | None) -> Iterator[Move]:
         end = (radius * math.cos(k * 0.01), radius * math.sin(k * 0.01), 600.0, 0.0, k * 0.01)
         yield Move(k, "", Motion.LINEAR, place, end, 15000.0, tolerance=0.01)
         place = end
+
+
+@FEATURES.feature(
+    "part of 10^6 moves, five axes: every tick planned, windows of it found",
+    "-",
+    "<= 600 s of a core, <= 500 MB",
+    "make goals T=motion RUN=full",
+)
+def long_part(counts: Counts, rows: Rows) -> Measured:
+    """The plan of the main job: processor time and peak memory of its process."""
+    with tempfile.TemporaryDirectory() as folder:
+        part = Path(folder) / "part.ngc"
+        part.write_text("".join(lookahead_paths.cam_part(counts.part)), encoding="utf-8")
+        said = Path(folder) / "said"
+        with said.open("w") as file:
+            command = [sys.executable, "-m", "sim.bench.run", str(part), "--plan-only"]
+            done = subprocess.Popen(command, cwd=ROOT, stdout=file)
+            _, status, used = os.wait4(done.pid, 0)
+        text = said.read_text(encoding="utf-8")
+        done.returncode = os.waitstatus_to_exitcode(status)
+    if done.returncode:
+        raise RuntimeError(f"the plan of the part failed with status {done.returncode}")
+    moves = int(text.split(" moves")[0].split()[-1])
+    time_s, memory = used.ru_utime + used.ru_stime, used.ru_maxrss / 1e3
+    windows = text.count("window of")
+    return (
+        f"{moves} moves: {time_s:.0f} s; {memory:.0f} MB; {windows} windows",
+        time_s <= 600 and memory <= 500 if moves >= 1e6 else None,
+    )
 
 
 @FEATURES.feature(

@@ -18,7 +18,12 @@ from sim.bench.run.estimate import PLATFORMS
 from sim.bench.run.job import Order, PathError, run
 from sim.bench.run.workers import WorkerLost
 from sim.core.controller import ControllerFault
-from sim.motion.command import add_override_option, add_robot_option
+from sim.motion.command import (
+    add_line_option,
+    add_override_option,
+    add_robot_option,
+    seconds_between,
+)
 from sim.motion.gcode.tools import add_tools_option
 from sim.motion.trajectory.program import AGH
 from sim.robot.parameters import ParameterError
@@ -31,9 +36,12 @@ EPILOG = """examples:
   python -m sim.bench.run sim/paths/circle.ngc --output build/circle
   python -m sim.bench.run part.ngc --plan-only
   python -m sim.bench.run part.ngc --platforms fpga3 --ticks 20000
+  python -m sim.bench.run part.ngc --from 4200 --seconds 10:25
 
 G61 and G64 P in the program are planned with look-ahead (G64 P0.01 rounds corners within 0.01 mm);
 G61.1 stops exactly at the end of every move, with an S-curve of set times.
+Of a path of more than 150 s every tick is planned, and windows of it are simulated: both ends, some
+at equal distances, and the hardest moments that the plan has found. --seconds takes one of yours.
 
 exit status: 0 done, 1 the program, the robot file or a tool has an error, 2 wrong command line,
 3 done, but an error exceeds its bound, 130 interrupted, 143 terminated
@@ -71,7 +79,15 @@ def _arguments() -> argparse.ArgumentParser:
     add_robot_option(parser, "run")
     add_tools_option(parser)
     add_override_option(parser)
-    parser.add_argument("--ticks", type=count, help="only the first TICKS ticks of the path")
+    add_line_option(parser)
+    part = parser.add_mutually_exclusive_group()
+    part.add_argument("--ticks", type=count, help="only the first TICKS ticks of the path")
+    part.add_argument(
+        "--seconds",
+        type=seconds_between,
+        metavar="A:B",
+        help="only the motion from A to B seconds after its start; the machine runs in before it",
+    )
     parser.add_argument(
         "--platforms",
         type=_platforms,

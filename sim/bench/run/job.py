@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 
 from asip_asm.assemble import assemble
-from asip_asm.files import read_bytes, write_text
+from asip_asm.files import write_text
 from asip_asm.image import Image
 from asip_asm.project import ROOT
 from sim.bench.run import checks, estimate, nios, page, scoped, tables
@@ -29,12 +29,13 @@ from sim.core import closed_loop
 from sim.core.controller import AsipController, LawController
 from sim.debug.scope.process import ScopeProcess
 from sim.debug.scope.tap import Place, TapSource
-from sim.motion.gcode.interpreter import parse
-from sim.motion.gcode.tools import NO_TOOLS, tool_file
-from sim.motion.geometry.override import AS_PROGRAMMED, overridden_program
+from sim.motion.gcode.interpreter import stream_file
+from sim.motion.gcode.tools import NO_TOOLS, Tool, tool_file
+from sim.motion.geometry.moves import Item, Move, from_line
+from sim.motion.geometry.override import AS_PROGRAMMED, overridden
 from sim.motion.lookahead.limits import MachineLimits
-from sim.motion.trajectory.path_limits import limited_by
-from sim.motion.trajectory.program import ProgramPath, plan, set_points
+from sim.motion.trajectory.program import ProgramPath, plan_stream, set_points
+from sim.motion.trajectory.windows import Place as WindowPlace
 from sim.robot import float32
 from sim.robot.parameters import Robot
 from sim.robot.records import SetPoints, TrackingResult
@@ -43,7 +44,6 @@ from sim.rtl.asip_rtl import AsipRtl
 from sim.rtl.nios_rtl import NiosRtl
 
 PROGRAMS = ROOT / "asip_asm/programs"
-MOST_TEXT = 100_000_000  # bytes of a program
 MANY_STOPS = 20  # the run suggests G64 from this many stops on
 # Task that runs a program of FPGA3 -> key in results.json; source in PROGRAMS: tracking_<key>.s.
 KEYS = {AS_PRINTED: "as_printed", OPTIMISED: "optimised"}
@@ -55,14 +55,16 @@ class PathError(ValueError):
 
 @dataclass(frozen=True)
 class Order:
-    """What to do. ticks: only the first so many; platforms: of estimate.PLATFORMS; all_ticks: FPGA1
-    and FPGA2 take every tick too; tools: LinuxCNC's table; plan_only: stop before anything is built
-    or written."""
+    """What to do. line: begin there; ticks: only the first so many; seconds: only the motion
+    between two times; platforms: of estimate.PLATFORMS; all_ticks: FPGA1 and FPGA2 take every tick
+    too; tools: LinuxCNC's table; plan_only: stop before anything is built or written."""
 
     gcode: Path
     robot: Path
     output: Path
+    line: int | None = None
     ticks: int | None = None
+    seconds: tuple[float, float] | None = None
     platforms: Sequence[str] = estimate.PLATFORMS
     all_ticks: bool = False
     tools: Path | None = None
@@ -120,20 +122,35 @@ def _run_law(robot: Robot, path: SetPoints, progress: Any) -> NDArray[np.int32]:
 
 def _planned(order: Order, robot: Robot, console: Console) -> ProgramPath:
     try:
-        text = read_bytes(order.gcode, MOST_TEXT, "a G-code program").decode(errors="replace")
         tools = NO_TOOLS if order.tools is None else tool_file(order.tools)
-        program = parse(text.removeprefix("\ufeff"), str(order.gcode), tools=tools, robot=robot)
-        highest = MachineLimits.of(robot).tool.speed
-        path = plan(overridden_program(program, order.override, highest), robot, order.ticks)
+        with console.status("reading") as status:
+            # All mistakes of the program are reported before anything is planned.
+            total = sum(isinstance(item, Move) for item in _items(order, tools, robot))
+            path = plan_stream(
+                _items(order, tools, robot),
+                str(order.gcode),
+                robot,
+                order.ticks,
+                order.seconds,
+                lambda moves, time: status.update(
+                    f"planning: {moves} of {total} moves, {time:.0f} s of motion"
+                ),
+            )
     except ValueError as error:
         raise PathError(str(error)) from error
     corners = path.corners
     console.print(
         f"      path time {path.time:.4g} s"
         + ("" if path.whole else " of a longer program")
-        + f"; {len(path)} ticks of {robot.T_s * 1e6:g} µs; {len(path.moves)} moves"
+        + f"; {len(path)} ticks of {robot.T_s * 1e6:g} µs; {path.count} moves"
         + (f"; feed override {order.override:g} %" if order.override != AS_PROGRAMMED else "")
     )
+    for place in path.windows:
+        begin = max(0, place.planned - path.rest) * robot.T_s
+        console.print(
+            f"      window of {place.ticks * robot.T_s:.4g} s at {begin:.4f} s: {place.why}",
+            soft_wrap=True,
+        )
     hint = corners.stops > MANY_STOPS and not any(move.exact_stop for move in path.moves)
     meetings = corners.rounded + corners.smooth + corners.stops
     console.print(
@@ -144,6 +161,14 @@ def _planned(order: Order, robot: Robot, console: Console) -> ProgramPath:
         soft_wrap=True,
     )
     return path
+
+
+def _items(order: Order, tools: Mapping[int, Tool], robot: Robot) -> Iterator[Item]:
+    """Moves and rests of the program, from the chosen line on, at the override of the feeds."""
+    items = stream_file(order.gcode, tools=tools, robot=robot)
+    if order.line is not None:
+        items = from_line(items, order.line, str(order.gcode))
+    return overridden(items, order.override, MachineLimits.of(robot).tool.speed)
 
 
 def _images(order: Order, robot: Robot, console: Console) -> dict[str, Image]:
@@ -242,17 +267,34 @@ def _simulation(measured: _Measured) -> dict[str, float]:
     }
 
 
-def _path_data(path: ProgramPath, robot: Robot) -> dict[str, Any]:
+def _lines(path: ProgramPath, place: WindowPlace) -> list[int]:
+    """First and last line of the program that a window runs, none in a rest at the start."""
+    numbers = path.move[place.tick : place.tick + place.ticks]
+    lines = [path.moves[n].line for n in np.unique(numbers[numbers >= 0]).tolist()]
+    return [min(lines), max(lines)] if lines else []
+
+
+def _path_data(path: ProgramPath) -> dict[str, Any]:
     """Moves, corners and what bounded the speed, for results.json."""
     corners = path.corners
     return {
         "whole": path.whole,
-        "moves": len(path.moves),
+        "moves": path.count,
         "corners_rounded": corners.rounded,
         "joints_smooth": corners.smooth,
         "stops": corners.stops,
         "rests_s": corners.rest,
-        "speed_limited_by": limited_by(path, robot, MachineLimits.of(robot)),
+        "speed_limited_by": path.limited_by,
+        "windows": [
+            {
+                "why": place.why,
+                "first_tick": place.tick,
+                "ticks": place.ticks,
+                "at_s": max(0, place.planned - path.rest) * path.period,
+                "lines": _lines(path, place),
+            }
+            for place in path.windows
+        ],
         "slowest_corners": [
             {
                 "line": joint.line,
@@ -312,10 +354,15 @@ def _track(job: _Job, scope: ScopeProcess | None) -> dict[str, Any]:
         "path_time_s": job.planned.time,
         "feed_override_percent": order.override,
         "robot": {"file": str(order.robot), "values": robot.values()},
-        "path": _path_data(job.planned, robot),
+        "path": _path_data(job.planned),
         "simulation": _simulation(measured),
     }
-    published = checks.is_published(robot, order.gcode) and order.override == AS_PROGRAMMED
+    published = (
+        checks.is_published(robot, order.gcode)
+        and order.override == AS_PROGRAMMED
+        and not job.planned.windows
+        and order.line is None
+    )
     checks.enter(data, published)
     data["goals"] = checks.goals(data, published)
     measured.costs[estimate.COMPARISON] = (time.perf_counter() - begin) / len(path)

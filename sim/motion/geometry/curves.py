@@ -12,6 +12,7 @@ table axis turns faster than its own limit.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -255,8 +256,12 @@ def _speed(move: Move, curve: Curve, rates: RateLimits) -> float:
     return min(speed, rates.table * curve.length / turn) if turn > 0.0 else speed
 
 
+def blocks_of(moves: Iterable[Move], rates: RateLimits) -> Iterator[Block]:
+    """Curves and speeds of the moves that go anywhere, in order."""
+    curves = ((move, curve_of(move)) for move in moves)
+    return (Block(move, curve, _speed(move, curve, rates)) for move, curve in curves if curve)
+
+
 def build_path(program: GcodeProgram, rates: RateLimits | None = None) -> tuple[Block, ...]:
-    """Curves and speeds of all moves of a program that go anywhere, in order."""
-    rates = rates or RateLimits()
-    curves = ((move, curve_of(move)) for move in program.moves)
-    return tuple(Block(move, curve, _speed(move, curve, rates)) for move, curve in curves if curve)
+    """As `blocks_of`, of a whole program."""
+    return tuple(blocks_of(program.moves, rates or RateLimits()))

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import Enum
 
@@ -97,6 +97,9 @@ class Dwell:
     seconds: float
 
 
+Item = Move | Dwell
+
+
 @dataclass(frozen=True)
 class GcodeProgram:
     """All moves of a text. dwells: (number of moves before it, rest)."""
@@ -105,3 +108,21 @@ class GcodeProgram:
     start: Pose
     moves: tuple[Move, ...]
     dwells: tuple[tuple[int, Dwell], ...] = ()
+
+
+def from_line(items: Iterable[Item], line: int, file: str) -> Iterator[Item]:
+    """The items from the first one on whose block is in this line, or in a later one.
+
+    Raises ValueError if there is none.
+    """
+    last, begun = 0, False
+    for item in items:
+        begun = begun or item.line >= line
+        if begun:
+            yield item
+        last = max(last, item.line)
+    if not begun:
+        raise ValueError(
+            f"{file}: error: no move is in line {line} or after it; the last is in line {last}; "
+            "expected a smaller line (--from)"
+        )

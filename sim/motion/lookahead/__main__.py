@@ -18,6 +18,7 @@ from rich.table import Table
 from asip_asm.command import command, command_parser
 from asip_asm.files import open_output, refuse_overwriting
 from sim.motion.command import (
+    add_line_option,
     add_override_option,
     add_robot_option,
     failed,
@@ -27,6 +28,7 @@ from sim.motion.command import (
 )
 from sim.motion.gcode.interpreter import stream_file
 from sim.motion.gcode.tools import NO_TOOLS, Tool, add_tools_option, tools_of
+from sim.motion.geometry.moves import from_line
 from sim.motion.geometry.override import AS_PROGRAMMED, overridden
 from sim.motion.lookahead.check import GROUPS, QUANTITIES, demand
 from sim.motion.lookahead.joints import SlowestJoints
@@ -63,6 +65,7 @@ def _arguments() -> argparse.ArgumentParser:
     add_robot_option(parser, "lookahead")
     add_tools_option(parser)
     add_override_option(parser)
+    add_line_option(parser)
     metavar = ("SPEED", "ACCELERATION", "JERK")
     for group, text in (
         ("tool", "limits of the tool [mm/s, mm/s2, mm/s3]"),
@@ -113,14 +116,17 @@ def results(
     console: Console | None = None,
     tools: Mapping[int, Tool] = NO_TOOLS,
     override: float = AS_PROGRAMMED,
+    line: int = 0,
 ) -> dict[str, Any]:
     """What the command prints, as one document; lengths in mm, angles in degrees.
 
-    console: for progress, by default none; tools: as for `stream_file`; override [percent].
+    console: for progress, by default none; tools: as for `stream_file`; override [percent]; line:
+    where the path begins.
     """
     console = console or Console(quiet=True)
     joints = SlowestJoints()
-    items = overridden(stream_file(file, tools=tools, robot=settings.robot), override)
+    items = stream_file(file, tools=tools, robot=settings.robot)
+    items = overridden(from_line(items, line, str(file)) if line else items, override)
     plan = Lookahead(items, settings, joints, str(file))
     document: dict[str, Any] = {"file": str(file), "feed override [%]": override}
     if sampled:
@@ -243,7 +249,9 @@ def main(argv: list[str] | None = None) -> int:
             settings, sampled = settings_of(arguments), not arguments.time_only
             tools = tools_of(arguments)
             percent = arguments.override
-            document = results(arguments.file, settings, sampled, log, tools, percent)
+            document = results(
+                arguments.file, settings, sampled, log, tools, percent, arguments.line or 0
+            )
             _show(document, console)
             if arguments.json is not None:
                 arguments.json.parent.mkdir(parents=True, exist_ok=True)

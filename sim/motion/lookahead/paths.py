@@ -18,6 +18,8 @@ from sim.motion.lookahead.planner import Lookahead
 from sim.motion.lookahead.settings import LookaheadSettings
 
 FEED = 2400  # mm/min
+# Of each wave of a surface: two wave numbers [rad/mm], phase, height [mm].
+WAVES = ((0.02, 0.12), (0.02, 0.12), (0.0, 6.28), (1.5, 1.5))
 TOLERANCES = (0.001, 0.005, 0.01, 0.02, 0.05, 0.2, 1.0)  # P of every path [mm]
 
 
@@ -85,6 +87,33 @@ def slots(count: int) -> str:
         y = 12 * k
         text.append(f"X20 Y{y}\nG3 X20 Y{y + 6} I0 J3\nG1 X0\nX0 Y{y + 12}")
     return "\n".join(text)
+
+
+def cam_part(count: int, seed: int = 1) -> Iterator[str]:
+    """Lines of a program of at least `count` moves, as CAM writes a surface: G64 P0.01, rows in
+
+    chords of 0.1 to 0.4 mm, rounded to 0.1 um, with a rapid way back. Every second row also
+    tilts and turns the table.
+    """
+    rng = random.Random(f"part {seed}")
+    waves = [tuple(rng.uniform(low, high) for low, high in WAVES) for _ in range(6)]
+
+    def height(x: float, y: float) -> float:
+        return 600 + sum(h * math.sin(a * x + b * y + c) for a, b, c, h in waves)
+
+    yield "G21 G90 G17 G54 G64 P0.01\nG0 Z620\n"
+    made = row = 0
+    while made < count:
+        x, y = -60.0, -60 + 0.15 * row % 120
+        yield f"G0 X{x:.4f} Y{y:.4f} A0 C0\nG1 Z{height(x, y):.4f} F6000\n"
+        made += 3
+        while (x := x + rng.uniform(0.1, 0.4)) < 60:
+            table = f" A{2 * math.sin(x / 15):.4f} C{0.3 * (x + 60):.4f}" if row % 2 else ""
+            yield f"X{x:.4f} Z{height(x, y):.4f}{table}\n"
+            made += 1
+        yield "G0 Z620\n"
+        row += 1
+    yield "M2\n"
 
 
 def letters() -> str:

@@ -11,11 +11,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from operator import le
 
 import numpy as np
 
 from sim.motion.gcode.arcs import ARC_TOLERANCE_MM
-from sim.motion.geometry.blend import SCALE
+from sim.motion.geometry.blend import SCALE, TABLE_RADIUS
 from sim.motion.geometry.curves import (
     FULL_TURN_BELOW,
     MISSES,
@@ -27,7 +28,7 @@ from sim.motion.geometry.curves import (
     feed_of,
     to_si,
 )
-from sim.motion.geometry.moves import Dwell, Motion, Move
+from sim.motion.geometry.moves import Dwell, Motion, Move, Pose
 from sim.motion.geometry.workspace import NAMES, Workspace, shown
 from sim.motion.lookahead.limits import MachineLimits
 from sim.motion.lookahead.runs import Runs
@@ -60,6 +61,9 @@ class Segments:
         self._limits = limits
         self._items, self._workspace, self._rapid, self._file = items, workspace, rapid, file
         self.moves = 0
+        self._last: tuple[Pose | None, FloatArray] = None, np.zeros(5)
+        self._lower = (np.array(workspace.lower) * SCALE).tolist()
+        self._upper = (np.array(workspace.upper) * SCALE).tolist()
 
     def _segments(self) -> Iterator[Segment | Dwell]:
         held: tuple[Move, int] | None = None  # too short to be run alone, and its number
@@ -79,7 +83,7 @@ class Segments:
                     yield from self._segment(*held)
             held = None
             if not item.motion.is_arc and item.tolerance > 0.0:
-                if 0.0 < _way_of(item) < SHORTEST_MOVE:
+                if _is_short(item) and 0.0 < _way_of(item) < SHORTEST_MOVE:
                     held = item, number
                     continue
             yield from self._segment(item, number)
@@ -87,21 +91,27 @@ class Segments:
             yield from self._segment(*held)
 
     def _segment(self, move: Move, number: int) -> Iterator[Segment]:
-        move = _on_its_circle(move)
-        curve = curve_of(move)
-        if curve is None or not curve.length > 0.0:
-            return
-        start, end = to_si(move.start) * SCALE, to_si(move.end) * SCALE
-        self._check(move, curve)
-        if isinstance(curve, Line):
-            way = end - start
+        start, end = self._at(move.start), self._at(move.end)
+        direction, curve_kept = np.zeros(5), None
+        if not move.motion.is_arc:
+            x, y, z, a, c = way = end - start
+            along = math.hypot(a, c) / TABLE_RADIUS if move.turns_only_the_table else 0.0
+            along = along or math.hypot(x, y, z)
+            if not along > 0.0:
+                return
+            if not (self._inside(start) and self._inside(end)):
+                self._check(move, Line(start / SCALE, end / SCALE, along))
             length = math.sqrt(way @ way)
-            ratio, direction = length / curve.length, way / length
-            curve_kept = None
+            ratio, direction = length / along, way / length
         else:
+            move = _on_its_circle(move)
+            curve = curve_of(move)
+            if curve is None or not curve.length > 0.0:
+                return
+            self._check(move, curve)
             tangent = curve.evaluate(np.zeros(1))[1][0] * SCALE
             ratio = math.sqrt(tangent @ tangent)
-            length, direction = curve.length * ratio, None
+            length = curve.length * ratio
             curve_kept = curve if isinstance(curve, Arc) else None
         feed = feed_of(move, self._rapid or math.inf)
         yield Segment(
@@ -118,6 +128,18 @@ class Segments:
             direction,
             curve_kept,
             ratio,
+        )
+
+    def _at(self, pose: Pose) -> FloatArray:
+        """A pose in path space; most moves begin where the last one has ended."""
+        if pose != self._last[0]:
+            self._last = pose, to_si(pose) * SCALE
+        return self._last[1]
+
+    def _inside(self, place: FloatArray) -> bool:
+        """Whether a place of path space is inside the workspace for certain."""
+        return all(map(le, self._lower, place.tolist())) and all(
+            map(le, place.tolist(), self._upper)
         )
 
     def _check(self, move: Move, curve: Curve) -> None:
@@ -201,6 +223,14 @@ def _way_of(move: Move) -> float:
     """Distance in path space from start to end of a move [m]."""
     way = (to_si(move.end) - to_si(move.start)) * SCALE
     return math.sqrt(way @ way)
+
+
+def _is_short(move: Move) -> bool:
+    """Whether the tool's way may be shorter than SHORTEST_MOVE."""
+    return all(
+        abs(end - start) < SHORTEST_MOVE * 1e3
+        for start, end in zip(move.start[:3], move.end[:3], strict=True)
+    )
 
 
 def _may_be_one(short: Move, move: Move) -> bool:

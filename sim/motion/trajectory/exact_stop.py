@@ -22,7 +22,7 @@ up.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -46,6 +46,7 @@ TICK_ROUNDING = 1e-9
 
 # Greatest number of set-points, which are all held in memory: some 5 GB while they are made.
 MOST_TICKS = 20_000_000
+BLOCK = 20_000  # most set-points made together
 
 
 class WorkspaceError(ValueError):
@@ -136,7 +137,8 @@ def _joins(before: Block, after: Block) -> bool:
     )
 
 
-def _chains(blocks: Sequence[Block]) -> Iterator[list[Block]]:
+def chains_of(blocks: Iterable[Block]) -> Iterator[list[Block]]:
+    """Blocks that are run without a stop between them, together."""
     chain: list[Block] = []
     for block in blocks:
         if chain and not _joins(chain[-1], block):
@@ -164,11 +166,16 @@ def _speed_along(chain: Sequence[Block], settings: MotionSettings) -> SCurve:
     return SCurve(0.0, speed, settings.acceleration_time, settings.jerk_time, length)
 
 
+def chain_time(chain: Sequence[Block], settings: MotionSettings) -> float:
+    """Duration of a chain [s], before it is a whole number of ticks."""
+    return _speed_along(chain, settings).total_time
+
+
 def _check_ticks(
     chains: Sequence[list[Block]], settings: MotionSettings, file: str, most_ticks: int
 ) -> None:
     """Raises TooLongError before anything of that size is made."""
-    times = [_speed_along(chain, settings).total_time for chain in chains]
+    times = [chain_time(chain, settings) for chain in chains]
     total = settings.lead_in + math.fsum(times)
     if not total / settings.period > most_ticks:
         return
@@ -183,37 +190,39 @@ def _check_ticks(
     )
 
 
-def _sample_chain(
-    chain: Sequence[Block], settings: MotionSettings
-) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.int64]]:
-    """The ticks of one chain, its first at rest included, its last at rest left to the next:
-    positions, velocities, accelerations; first tick of each block, from the chain's start."""
+ChainTicks = tuple[FloatArray, FloatArray, FloatArray, NDArray[np.int64]]
+"""Positions, velocities, accelerations (n, 5); number (n,) of the block in the chain."""
+
+
+def sample_chain(chain: Sequence[Block], settings: MotionSettings) -> Iterator[ChainTicks]:
+    """The ticks of one chain, its first at rest included, its last at rest left to the next."""
     ends = _ends(chain)
     scurve = _speed_along(chain, settings)
     ticks = math.ceil(scurve.total_time / settings.period - TICK_ROUNDING)
     stretch = ticks * settings.period / scurve.total_time
-    along = scurve.profile(np.arange(ticks) * (scurve.total_time / ticks))
-    owner = np.minimum(np.searchsorted(ends, along.position, side="right"), len(chain) - 1)
-    first_ticks = np.searchsorted(owner, np.arange(len(chain)))
-    rate = (along.velocity / stretch)[:, np.newaxis]
-    change = (along.acceleration / stretch**2)[:, np.newaxis]
-    position, velocity, acceleration = (np.empty((ticks, 5)) for _ in range(3))
-    for index, block in enumerate(chain):
-        part = owner == index
-        begin = ends[index] - block.curve.length
-        s = np.clip(along.position[part] - begin, 0.0, block.curve.length)
-        point, direction, bend = block.curve.evaluate(s)
-        position[part] = point
-        velocity[part] = direction * rate[part]
-        acceleration[part] = direction * change[part] + bend * rate[part] ** 2
     first, last = chain[0].curve, chain[-1].curve
     start, end = first.evaluate(np.zeros(1))[0][0], last.evaluate(np.array([last.length]))[0][0]
     shift = on_number_grid(start) - start
     slope = (on_number_grid(end) - end - shift) / ends[-1]
-    position += shift + slope * along.position[:, np.newaxis]
-    velocity += slope * rate
-    acceleration += slope * change
-    return position, velocity, acceleration, first_ticks
+    for tick in range(0, ticks, BLOCK):
+        count = min(BLOCK, ticks - tick)
+        along = scurve.profile(np.arange(tick, tick + count) * (scurve.total_time / ticks))
+        owner = np.minimum(np.searchsorted(ends, along.position, side="right"), len(chain) - 1)
+        rate = (along.velocity / stretch)[:, np.newaxis]
+        change = (along.acceleration / stretch**2)[:, np.newaxis]
+        position, velocity, acceleration = (np.empty((count, 5)) for _ in range(3))
+        for index in range(owner[0], owner[-1] + 1):
+            block, part = chain[index], owner == index
+            begin = ends[index] - block.curve.length
+            s = np.clip(along.position[part] - begin, 0.0, block.curve.length)
+            point, direction, bend = block.curve.evaluate(s)
+            position[part] = point
+            velocity[part] = direction * rate[part]
+            acceleration[part] = direction * change[part] + bend * rate[part] ** 2
+        position += shift + slope * along.position[:, np.newaxis]
+        velocity += slope * rate
+        acceleration += slope * change
+        yield position, velocity, acceleration, owner
 
 
 def _at_rest(pose: FloatArray, ticks: int) -> list[FloatArray]:
@@ -221,17 +230,32 @@ def _at_rest(pose: FloatArray, ticks: int) -> list[FloatArray]:
     return [np.repeat(on_number_grid(pose), ticks, axis=0), *np.zeros((2, ticks, 5))]
 
 
-def _check(trajectory: Trajectory, workspace: Workspace, file: str) -> None:
-    outside = workspace.outside(trajectory.position)
-    if outside is None:
-        return
-    tick, axis = outside
-    value = float(trajectory.position[tick, axis])
-    low, high = workspace.lower[axis], workspace.upper[axis]
-    move = trajectory.blocks[max(0, int(trajectory.block[tick]))].move
-    raise WorkspaceError(
-        file, move.line, move.source, tick, axis, value, low if value < low else high
-    )
+def checked_chain(
+    chain: Sequence[Block], settings: MotionSettings, tick: int, file: str
+) -> Iterator[ChainTicks]:
+    """As sample_chain; raises WorkspaceError at the first tick outside the workspace.
+
+    tick: number of the first one.
+    """
+    workspace, last = Workspace.of(settings.robot), chain[-1].curve
+
+    def check(position: FloatArray, owner: NDArray[np.int64]) -> None:
+        outside = workspace.outside(position)
+        if outside is None:
+            return
+        row, axis = outside
+        value = float(position[row, axis])
+        low, high = workspace.lower[axis], workspace.upper[axis]
+        move = chain[owner[row]].move
+        limit = low if value < low else high
+        raise WorkspaceError(file, move.line, move.source, tick + row, axis, value, limit)
+
+    for part in sample_chain(chain, settings):
+        check(part[0], part[3])
+        tick += len(part[0])
+        yield part
+    end = on_number_grid(last.evaluate(np.array([last.length]))[0])
+    check(end, np.array([len(chain) - 1]))
 
 
 def generate(
@@ -248,7 +272,7 @@ def generate(
         raise ValueError(
             f"{program.file}: error: the program has no motion; expected a move such as G0 X10"
         )
-    chains = list(_chains(blocks))
+    chains = list(chains_of(blocks))
     _check_ticks(chains, settings, program.file, most_ticks)
     rest = math.ceil(settings.lead_in / settings.period - TICK_ROUNDING)
     start, _, _ = blocks[0].curve.evaluate(np.array([0.0]))
@@ -256,17 +280,20 @@ def generate(
     first_ticks: list[int] = []
     tick = rest
     for chain in chains:
-        *part, firsts = _sample_chain(chain, settings)
-        parts.append(part)
-        first_ticks += [tick + int(first) for first in firsts]
-        tick += len(part[0])
+        begin, owners = tick, []
+        for *part, owner in checked_chain(chain, settings, tick, program.file):
+            parts.append(part)
+            owners.append(owner)
+            tick += len(owner)
+        firsts = np.searchsorted(np.concatenate(owners), np.arange(len(chain)))
+        first_ticks += (begin + firsts).tolist()
     last = blocks[-1].curve
     end, _, _ = last.evaluate(np.array([last.length]))
     parts.append(_at_rest(end, 1))
     first_ticks.append(tick)
     ticks = np.arange(tick + 1)
     position, velocity, acceleration = map(np.concatenate, zip(*parts, strict=True))
-    trajectory = Trajectory(
+    return Trajectory(
         t=ticks.astype(np.float64) * settings.period,
         position=position,
         velocity=velocity,
@@ -275,5 +302,3 @@ def generate(
         blocks=blocks,
         first_ticks=np.array(first_ticks),
     )
-    _check(trajectory, Workspace.of(settings.robot), program.file)
-    return trajectory
