@@ -261,7 +261,9 @@ class _Spiller:
         raise AssertionError("position after the last bundle")
 
     def _local_symbols(self, region: Region) -> set[Virtual]:
-        """Symbols written once, in this linear region, read only there, and not exported."""
+        """Symbols written once, in this linear region, read only there, and not exported; no
+        vectors.
+        """
         if not region.operations:
             return set()
         writes = Counter(op.dst for op in region.operations if isinstance(op.dst, Virtual))
@@ -270,7 +272,9 @@ class _Spiller:
         for _, _, op in self.program.placed():
             if op not in own:
                 local.difference_update((op.dst, op.a, op.b, op.c))
-        return local - {export.value for export in self.program.exports}
+        # A word of data memory holds one lane.
+        vectors = {op.dst for op in own if op.mnemonic in ("vfmul", "vfmadd")}
+        return local - vectors - {export.value for export in self.program.exports}
 
     def _store(self, region: Region, symbol: Virtual, written: int, index: int) -> int:
         """Store the value after bundle `written` and not after bundle `index`. A value loaded from

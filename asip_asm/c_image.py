@@ -7,6 +7,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 
+from asip_asm.diagnostics import AssemblyError, Diagnostic
 from asip_asm.image import Image
 from asip_asm.isa import STREAM_PINS, default_isa
 
@@ -22,6 +23,16 @@ def to_c(image: Image, prefix: str = "") -> str:
     not know become '_'; a name taken already gets a number behind it. Exported inputs are left out:
     the host wrote them itself.
     """
+    if any(block.lanes for block in image.streams):
+        raise AssemblyError(
+            [
+                Diagnostic(
+                    None,
+                    f"{image.title}: an image in C has no vectors",
+                    "load the JSON image, or declare the words with .stream",
+                )
+            ]
+        )
     isa = default_isa()
     configuration = isa.configurations[image.configuration]
     prefix = prefix or identifier(image.title) or "program"

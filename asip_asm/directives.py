@@ -52,7 +52,8 @@ class Directives:
             ".export": self._export,
             ".data": self._data,
             ".space": self._space,
-            ".stream": self._stream,
+            ".stream": partial(self._stream, lanes=1),
+            ".vectors": partial(self._stream, lanes=isa.lanes_of_a_vector),
             ".reg": self._reg,
             ".watchdog": self._watchdog,
         }
@@ -352,8 +353,10 @@ class Directives:
             raise SourceError(place, f"too many data words: data memory has {self.isa.data_words}")
         self.source.data += words
 
-    def _stream(self, cursor: Cursor) -> None:
+    def _stream(self, cursor: Cursor, lanes: int) -> None:
+        """A block of words, or of vectors whose words are given lane after lane."""
         streams = self.source.streams
+        directive = ".stream" if lanes == 1 else ".vectors"
         name, comma, word = (cursor.tokens + cursor.tokens[-1:] * 2)[cursor.position :][:3]
         if name.kind == "name" and (comma.text, word.text) == (",", "pin"):
             cursor.take()
@@ -375,17 +378,28 @@ class Directives:
                 "stream", name.text, name.place, value=float(address), pin=pin.text
             )
             self._declare(declared)
-            streams.append(StreamBlock(name.text, pin.text, address))
+            further: list[list[int]] = [[] for _ in range(1, lanes)]
+            streams.append(StreamBlock(name.text, pin.text, address, lanes=further))
         elif not streams or (name.kind == "name" and comma.text == "="):
             raise SourceError(
                 name.place,
                 "a stream needs a name and its pipe",
-                ".stream name, pin A = words; only a second .stream after it goes on without",
+                f"{directive} name, pin A = words; only a second {directive} after it goes on "
+                "without",
             )
         block = streams[-1]
+        if len(block.lanes) != lanes - 1:
+            raise SourceError(
+                name.place,
+                f"'{block.name}' has {'vectors' if block.lanes else 'words'}",
+                f"{directive} name, pin A = words begins another block",
+            )
         while True:
-            value, place = self._value(cursor)
-            block.words.append(word_bits(value, "float", place))
+            for i, lane in enumerate((block.words, *block.lanes)):
+                if i:
+                    cursor.expect(",", f"a vector has {lanes} words")
+                value, place = self._value(cursor)
+                lane.append(word_bits(value, "float", place))
             if stream_words(streams, block.pin) > 1 << STREAM_BITS:
                 raise SourceError(place, f"too many words: a stream has at most {1 << STREAM_BITS}")
             if cursor.token.kind == "end":

@@ -66,6 +66,18 @@ def decode_operation(word: int, slot: int, configuration: str, isa: Isa) -> Oper
         else:
             operation.dst = Register(build.result_bank(slot, unit), index)
         used.add("dst")
+    if "lane" in record.operands:
+        operation.imm = fields["b"]
+        operation.lanes_of = slot
+        used.add("b")
+    if unit.name == "lanes":
+        if (operation.imm or 0) > build.lanes or not build.lanes:
+            raise DecodeError(f"configuration '{configuration}' has no such lanes")
+        assert isinstance(operation.c, Register)
+        if operation.c.bank not in ("zero", build.result_bank(slot, unit)):
+            raise DecodeError(f"{record.name} adds a register of another bank")
+        if "lane" not in record.operands and operation.stream is None:
+            raise DecodeError(f"{record.name} takes no word of its stream")
     if "stream" in record.operands and not build.stream_words:
         raise DecodeError(f"configuration '{configuration}' has no streams")
     if "count" in record.operands and not build.loops:
@@ -111,6 +123,8 @@ def operation_text(operation: Operation, isa: Isa, labels: dict[int, str]) -> st
         elif operand == "stream":
             pipe, address = divmod(operation.imm or 0, 1 << STREAM_BITS)
             text = f"{STREAM_PINS[pipe]}+{address}"
+        elif operand == "lane":
+            text = str(operation.imm)
         elif operand == "count":
             text = str(level_and_rounds(operation)[1])
         elif operand == "address":
@@ -195,9 +209,13 @@ def _data(image: Image) -> list[str]:
 def _streams(image: Image) -> list[str]:
     rows = []
     for entry in image.streams:
-        for start in range(0, len(entry.words), WORDS_PER_LINE):
-            words = entry.words[start : start + WORDS_PER_LINE]
-            head = f".stream {entry.name}, pin {entry.pin} =" if start == 0 else ".stream"
+        directive = ".vectors" if entry.lanes else ".stream"
+        all_words = [
+            word for words in zip(entry.words, *entry.lanes, strict=True) for word in words
+        ]
+        for start in range(0, len(all_words), WORDS_PER_LINE):
+            words = all_words[start : start + WORDS_PER_LINE]
+            head = f"{directive} {entry.name}, pin {entry.pin} =" if start == 0 else directive
             rows.append(f"{head} {', '.join(f'0f{word}' for word in words)}")
     return rows
 

@@ -57,6 +57,8 @@ def encode_operation(operation: Operation, isa: Isa, labels: dict[str, int]) -> 
             values["dst"] = dst.index
         else:
             raise EncodeError(f"{operation.mnemonic}: destination is no physical register")
+    if "lane" in record.operands:
+        values["b"] = operation.imm or 0
     if record.immediate_high is not None:
         immediate = operation.imm or 0
         if "target" in record.operands:
@@ -125,7 +127,13 @@ def encode_program(program: Program, isa: Isa, cycles: int | None) -> Image:
         cycles=cycles,
         parameters=list(program.parameters),
         streams=[
-            StreamEntry(s.name, s.pin, s.address, [f"{word:08x}" for word in s.words])
+            StreamEntry(
+                s.name,
+                s.pin,
+                s.address,
+                [f"{word:08x}" for word in s.words],
+                [[f"{word:08x}" for word in lane] for lane in s.lanes],
+            )
             for s in program.streams
         ],
     )

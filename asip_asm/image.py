@@ -102,12 +102,15 @@ class ExportEntry(Entry, frozen=True):
 
 
 class StreamEntry(Entry, frozen=True):
-    """Block of the stream of a multiply-add pipe: first address, words in hexadecimal."""
+    """Block of the stream of a multiply-add pipe: first address, words in hexadecimal; of vectors
+    those of the first lane, and as many of each further one.
+    """
 
     name: Name
     pin: Annotated[str, Meta(pattern=r"\A[AB]\Z")]
     address: Annotated[int, Meta(ge=0, lt=1 << STREAM_BITS)]
     words: Annotated[list[Word], Meta(min_length=1, max_length=1 << STREAM_BITS)]
+    lanes: list[list[Word]] = []
 
 
 class FunctionEntry(Entry, frozen=True):
@@ -256,10 +259,16 @@ class Image(msgspec.Struct, forbid_unknown_fields=True):
             raise ImageError(f"{path}: not a JSON file: {error}") from None
         return cls.from_json(data, str(path), sealed=sealed)
 
-    def stream(self, pin: str) -> list[int]:
-        """Words of the stream of pipe 'A' or 'B', all its blocks together."""
+    def stream(self, pin: str, lane: int = 0) -> list[int]:
+        """Words of the stream of pipe 'A' or 'B' in a lane, all its blocks together; those of
+        blocks without vectors are 0 in further lanes.
+        """
         blocks = [entry for entry in self.streams if entry.pin == pin]
-        return [int(word, 16) for entry in blocks for word in entry.words]
+        found: list[int] = []
+        for entry in blocks:
+            words = (entry.words, *entry.lanes)[lane:][:1]
+            found += [int(word, 16) for word in words[0]] if words else [0] * len(entry.words)
+        return found
 
     def words(self) -> Iterator[tuple[int, int]]:
         """32-bit words of program memory: (4*bundle + lane, word), lane 0 lowest."""
@@ -319,6 +328,8 @@ def _problems(image: Image, isa: Isa) -> Iterator[str]:
             if block.address != end:
                 yield f"stream '{block.name}' is at {block.address}, the words before end at {end}"
             end = block.address + len(block.words)
+            if block.lanes and [len(block.words)] * configuration.lanes != [*map(len, block.lanes)]:
+                yield f"stream '{block.name}' has not {1 + configuration.lanes} equal lanes"
         if end > room:
             yield f"the stream of pipe {pin} has {end} words, '{configuration.name}' holds {room}"
     yield from _bank_k(image)

@@ -77,8 +77,9 @@ class SourceLine:
 @dataclass(eq=False)
 class Operation:
     """One operation. Unused sources are ZERO; `imm` is the data address of ld and st, the place of
-    a seek and the level and rounds of a loop, `target` the label of a branch. `symbols`: the values
-    that stood in dst, a, b and c before the allocator replaced them by registers.
+    a seek, the level and rounds of a loop and the lane of vout, `target` the label of a branch.
+    `symbols`: the values that stood in dst, a, b and c before the allocator replaced them by
+    registers. `lanes_of`: pipe of the vector that vout takes a lane of.
     """
 
     mnemonic: str
@@ -90,6 +91,14 @@ class Operation:
     target: str | None = None
     source: SourceLine | None = None
     symbols: dict[str, Virtual] = field(default_factory=dict)
+    lanes_of: int | None = None
+
+    @property
+    def pipe(self) -> int | None:
+        """Pipe that it must execute in: that of its stream, or that of the vector it takes a lane
+        of; None for any.
+        """
+        return self.stream if self.stream is not None else self.lanes_of
 
     @property
     def stream(self) -> int | None:
@@ -181,12 +190,15 @@ class OutputWord:
 
 @dataclass(eq=False)
 class StreamBlock:
-    """Named words of a pipe's stream: 'A' or 'B', address of the first one, bits."""
+    """Named words of a pipe's stream: 'A' or 'B', address of the first one, bits; of vectors those
+    of the first lane, then of each further one.
+    """
 
     name: str
     pin: str
     address: int
     words: list[int] = field(default_factory=list)
+    lanes: list[list[int]] = field(default_factory=list)
 
 
 @dataclass(eq=False)

@@ -29,7 +29,7 @@ from asip_asm.semantics import SemanticsError, check
 ISA_FILE = Path(__file__).with_name("isa.toml")
 
 WORD_FIELDS = ("op", "dst", "a", "b", "c")
-OPERAND_KINDS = ("dst", "a", "b", "c", "address", "target", "stream", "count")
+OPERAND_KINDS = ("dst", "a", "b", "c", "address", "target", "stream", "count", "lane")
 FLAG_NAMES = ("NV", "DZ", "OF", "UF", "NX")
 TYPE_NAMES = ("int", "any")
 UNIT_BANKS = ("pipe", "C", "none")
@@ -189,7 +189,7 @@ def _read_configurations(
             where,
             record,
             {"slots", "fma_pipes", "doc"},
-            {"intervals", "latency_constants", "stream_words", "loops"},
+            {"intervals", "latency_constants", "stream_words", "loops", "lanes"},
         ):
             continue
         found = Configuration(name, **record | {"slots": tuple(record["slots"])})
@@ -206,6 +206,8 @@ def _read_configurations(
             )
         if not isinstance(found.loops, int) or not 0 <= found.loops <= (levels if pipes > 1 else 0):
             findings.add(where, f"loops is {found.loops!r}, must be 0 to {levels}, with one slot 0")
+        if found.lanes not in range(4) or (found.lanes and not found.stream_words):
+            findings.add(where, f"lanes is {found.lanes!r}, must be 0 to 3, with stream_words")
         for unit, interval in found.intervals.items():
             findings.known(where, "unit of an interval", unit, units)
             if not isinstance(interval, int) or interval < 1:

@@ -28,7 +28,8 @@ class Configuration:
 
     `intervals` and `latency_constants` hold the cycles between operations and the constant of the
     latency of the units that differ from their record; `stream_words` are the words of the constant
-    memory of each multiply-add pipe, 0 without streams; `loops` are the levels of loops.
+    memory of each multiply-add pipe, 0 without streams; `loops` are the levels of
+    loops, `lanes` those of each pipe besides the first.
     """
 
     name: str
@@ -39,6 +40,7 @@ class Configuration:
     latency_constants: Mapping[str, str] = field(default_factory=dict)
     stream_words: int = 0
     loops: int = 0
+    lanes: int = 0
 
     @property
     def parameters(self) -> dict[str, int]:
@@ -46,7 +48,7 @@ class Configuration:
         are not.
         """
         shape = {"FmaPipes": self.fma_pipes, "Slots": len(self.slots)}
-        more = {"StreamWords": self.stream_words, "Loops": self.loops}
+        more = {"StreamWords": self.stream_words, "Loops": self.loops, "Lanes": self.lanes}
         return shape | {name: value for name, value in more.items() if value}
 
     def streams(self, slot: int) -> bool:
@@ -203,6 +205,11 @@ class Isa:
     def without_streams(self) -> tuple[str, ...]:
         """Configurations without streams; one with them is otherwise the same as one of these."""
         return tuple(c.name for c in self.configurations.values() if not c.stream_words)
+
+    @functools.cached_property
+    def lanes_of_a_vector(self) -> int:
+        """Words of a vector: lanes of the configurations that have more than one."""
+        return 1 + max(configuration.lanes for configuration in self.configurations.values())
 
     @functools.cached_property
     def branches(self) -> frozenset[str]:

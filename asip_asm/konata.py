@@ -11,6 +11,8 @@ cycle after its last stage.
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 from asip_asm.profile import Execution, Profile
 
@@ -30,41 +32,65 @@ def _cycles(name: str, start: int, end: int) -> list[tuple[str, int, int]]:
     return [(f"{name}{i}", cycle, cycle + 1) for i, cycle in enumerate(range(start, end), 1)]
 
 
-def konata_log(profile: Profile) -> str:
-    """The log of a run; cycle 0 is the profile's."""
+@dataclass(frozen=True)
+class Row:
+    """An instruction of a log: its texts, the rows that made its operands, its stages.
+
+    A stage is its name, its first cycle and the first cycle after it. The first begins the row.
+    """
+
+    number: int
+    address: int
+    left: str
+    hover: str
+    stages: Sequence[tuple[str, int, int]]
+    producers: Sequence[int] = ()
+
+
+def kanata(found: Iterable[Row]) -> str:
+    """The log of rows; its first cycle is 0."""
     events: dict[int, list[str]] = defaultdict(list)
-    for execution in profile.executions:
-        number = execution.number
-        events[execution.decode] += [
-            f"I\t{number}\t{execution.address}\t0",
-            f"L\t{number}\t0\t{_left(execution)}",
-            f"L\t{number}\t1\t{_hover(execution)}",
-            *(f"W\t{number}\t{producer}\t0" for producer in execution.producers),
+    found = list(found)
+    for row in found:
+        number = row.number
+        events[row.stages[0][1]] += [
+            f"I\t{number}\t{row.address}\t0",
+            f"L\t{number}\t0\t{_line(row.left)}",
+            f"L\t{number}\t1\t{_line(row.hover)}",
+            *(f"W\t{number}\t{producer}\t0" for producer in row.producers),
         ]
-        for name, start, end in stages(execution):
+        for name, start, end in row.stages:
             events[start].append(f"S\t{number}\t0\t{name}")
             events[end].append(f"E\t{number}\t0\t{name}")
-    retired = sorted(profile.executions, key=lambda e: (e.end, e.number))
-    for order, execution in enumerate(retired):
-        events[execution.end].append(f"R\t{execution.number}\t{order}\t0")
-    rows = ["Kanata\t0004", "C=\t0"]
+    retired = sorted(found, key=lambda row: (row.stages[-1][2], row.number))
+    for order, row in enumerate(retired):
+        events[row.stages[-1][2]].append(f"R\t{row.number}\t{order}\t0")
+    lines = ["Kanata\t0004", "C=\t0"]
     now = 0
     for cycle in sorted(events):
         if cycle > now:
-            rows.append(f"C\t{cycle - now}")
+            lines.append(f"C\t{cycle - now}")
             now = cycle
-        rows += sorted(events[cycle], key=lambda row: "EILWSR".index(row[0]))
-    return "\n".join(rows) + "\n"
+        lines += sorted(events[cycle], key=lambda line: "EILWSR".index(line[0]))
+    return "\n".join(lines) + "\n"
+
+
+def konata_log(profile: Profile) -> str:
+    """The log of a run; cycle 0 is the profile's."""
+    return kanata(
+        Row(e.number, e.address, _left(e), _hover(e), stages(e), e.producers)
+        for e in profile.executions
+    )
 
 
 def _left(execution: Execution) -> str:
     equation = f"  ({execution.equation})" if execution.equation else ""
-    return f"{execution.address}.{execution.slot} {_line(execution.text)}{equation}"
+    return f"{execution.address}.{execution.slot} {execution.text}{equation}"
 
 
 def _hover(execution: Execution) -> str:
     result = f" {execution.target} = {execution.word:08x}" if execution.word is not None else ""
-    return _line(f"{execution.where} {execution.unit}{result}")
+    return f"{execution.where} {execution.unit}{result}"
 
 
 def _line(text: str) -> str:

@@ -110,9 +110,9 @@ class Machine:
         return tuple(slot for slot in range(len(self.slots)) if self.build.allows(slot, unit))
 
     def places_of(self, operation: Operation) -> tuple[int, ...]:
-        """Those of `slots_of` that read the operation's stream: one, where it reads one."""
-        slots, stream = self.slots_of(operation), operation.stream
-        return slots if stream is None else tuple(slot for slot in slots if slot == stream)
+        """Those of `slots_of` that read the operation's stream or vector: one, where it has one."""
+        slots, pipe = self.slots_of(operation), operation.pipe
+        return slots if pipe is None else tuple(slot for slot in slots if slot == pipe)
 
     def bank(self, operation: Operation, slot: int) -> str | None:
         """Bank that the operation's result goes to when it stands in `slot`; None without a

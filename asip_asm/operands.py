@@ -54,6 +54,8 @@ class Operands:
     named_words: dict[str, int] = field(default_factory=dict)
     literals: dict[tuple[int, str], int] = field(default_factory=dict)
     written: dict[str, Place] = field(default_factory=dict)
+    vectors: dict[str, int] = field(default_factory=dict)
+    """Pipes of the names that vector operations write."""
 
     def __post_init__(self) -> None:
         self.first_free = len(self.source.of_kind("input"))
@@ -114,7 +116,8 @@ class Operands:
 
     def _core_with(self, what: str) -> str:
         builds = self.isa.configurations.values()
-        names = [c.name for c in builds if (c.loops if what == "loops" else c.stream_words)]
+        field = {"streams": "stream_words"}.get(what, what)
+        names = [c.name for c in builds if getattr(c, field)]
         return f"{what} are in .config {' or '.join(names)}"
 
     def _declare_state(self, declaration: Declaration, owners: dict[Register, str]) -> None:
@@ -176,6 +179,8 @@ class Operands:
                 elif kind == "count":
                     self._check_core(operand, "loops", self.configuration.loops)
                     operation.imm = immediate(0, int(operand.value))
+                elif kind == "lane":
+                    operation.imm = int(operand.value)
                 elif kind == "address":
                     operation.imm = int(operand.value)
                     if operand.index is not None:
@@ -184,7 +189,79 @@ class Operands:
                     self._source(step, kind, operand)
             except SourceError as error:
                 self.reporter.take(error.diagnostic)
+        try:
+            self._check_vectors(step)
+        except SourceError as error:
+            self.reporter.take(error.diagnostic)
         return step
+
+    def _check_vectors(self, step: Step) -> None:
+        """Raises SourceError unless vectors are written and read as such, in one pipe each."""
+        operation, record, operands = step.operation, step.raw.record, step.raw.operands
+        if record.unit != "lanes":
+            for kind, name in step.reads.items():
+                if name in self.vectors:
+                    raise SourceError(
+                        step.raw.read_as(kind).place,
+                        f"'{name}' is a vector, {record.name} reads one word",
+                        f"take a lane of it: vout word, zero, {name}, 0",
+                    )
+            if step.write in self.vectors:
+                raise SourceError(operands["dst"].place, f"'{step.write}' is a vector already")
+            return
+        self._check_core(operands["dst"], "lanes", self.configuration.lanes)
+        vector, c = step.reads.get("c"), operation.c
+        if "lane" in record.operands:
+            bank = c.bank if isinstance(c, Register) and c != ZERO else ""
+            operation.lanes_of = (
+                STREAM_PINS.find(bank) if bank else self.vectors.get(vector or "", -1)
+            )
+            if operation.lanes_of < 0:
+                raise SourceError(
+                    operands["c"].place,
+                    f"'{operands['c'].text}' is no vector",
+                    "write it before with vfmul or vfmadd",
+                )
+            if step.write in self.vectors:
+                raise SourceError(operands["dst"].place, f"'{step.write}' is a vector already")
+            return
+        pipe = operation.stream
+        if pipe is None and operands["a"].kind == "stream":
+            return  # It is no such stream, which is reported.
+        if pipe is None:
+            raise SourceError(
+                operands["a"].place,
+                f"{record.name} multiplies the next vector of a stream",
+                "declare it with .vectors W, pin A = words, and write W+",
+            )
+        pin = STREAM_PINS[pipe]
+        if vector is not None and self.vectors.get(vector) != pipe:
+            raise SourceError(
+                operands["c"].place,
+                f"'{vector}' is no vector of pipe {pin}",
+                f"vectors of pipe {pin} come from its stream",
+            )
+        if vector is None and isinstance(c, Register) and c.bank not in ("zero", pin):
+            raise SourceError(
+                operands["c"].place,
+                f"{register_name(c)} is no vector of pipe {pin}",
+                f"vectors of pipe {pin} are in bank {pin}",
+            )
+        if step.write is None:
+            return
+        declaration = self.source.names.get(step.write)
+        if declaration is not None and declaration.kind == "state":
+            raise SourceError(
+                operands["dst"].place, f"state '{step.write}' is one word", "write another name"
+            )
+        if any(export == step.write for export, *_ in self.source.exports):
+            raise SourceError(
+                operands["dst"].place, f"export '{step.write}' is one word", "export its lanes"
+            )
+        if self.vectors.setdefault(step.write, pipe) != pipe:
+            raise SourceError(
+                operands["dst"].place, f"'{step.write}' is a vector of the other pipe already"
+            )
 
     def _target(self, operation: Operation, operand: Operand) -> None:
         operation.target = operand.text
@@ -325,7 +402,7 @@ class Operands:
                 or "declare it above: .stream name, pin A = words; a sum is written in parentheses",
             )
         self._check_core(operand, "streams", self.configuration.stream_words)
-        if self.isa.units[record.unit].bank != "pipe":
+        if self.isa.units[record.unit].bank != "pipe" or "lane" in record.operands:
             raise SourceError(
                 operand.place,
                 f"{record.name} cannot read a stream",
@@ -337,6 +414,14 @@ class Operands:
                 operand.place,
                 "an operation takes one word of its stream",
                 "write the other word to a register before",
+            )
+        block = next((b for b in self.source.streams if b.name == name), None)
+        if block is not None and bool(block.lanes) != (record.unit == "lanes"):
+            held, wanted = ("vectors", ".stream") if block.lanes else ("words", ".vectors")
+            raise SourceError(
+                operand.place,
+                f"'{name}' holds {held}, {record.name} takes the other kind",
+                f"declare the words with {wanted}",
             )
         setattr(step.operation, kind, Register("S", STREAM_PINS.index(pin)))
         dst = step.operation.dst

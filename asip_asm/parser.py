@@ -253,6 +253,14 @@ class Parser:
         token = cursor.token
         if kind == "address":
             return self._address_operand(cursor)
+        if kind == "lane":
+            last = self.isa.lanes_of_a_vector - 1
+            lane = self.directives.evaluator.expression(cursor)
+            if not lane.is_integer() or not 0 <= lane <= last:
+                raise SourceError(
+                    span(token, cursor), f"there is no lane {lane:g}", f"lanes are 0..{last}"
+                )
+            return Operand("count", span(token, cursor), value=lane)
         if kind == "count":
             rounds = self.directives.evaluator.expression(cursor)
             if not rounds.is_integer() or not 1 <= rounds <= 1 << LOOP_BITS:

@@ -144,7 +144,7 @@ class _Renamer:
                 slot
                 for slot in range(len(slots))
                 if configuration.allows(slot, unit)
-                and step.operation.stream in (None, slot)
+                and step.operation.pipe in (None, slot)
                 and not (
                     isinstance(step.operation.dst, Register)
                     and configuration.result_bank(slot, unit) != step.operation.dst.bank

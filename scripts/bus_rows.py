@@ -48,8 +48,14 @@ SCAPY_CHAINS = 20
 KEPT = BUILD / "bus"
 # What a result depends on: everything that could, rather than what does. The slaves and their
 # masters: their benches, the dictionary and what is made of it.
-BENCH = [f"sim/bus/**/*.{kind}" for kind in ("py", "cpp", "h")]
-BENCH += ["sim/bus/coe/*.py", "nios_sw/ethercat/dictionary.toml", "sim/rtl/*.h", "sim/rtl/*.py"]
+BENCH = [f"sim/bus/*.{kind}" for kind in ("py", "cpp", "h")]
+BENCH += [
+    "sim/bus/coe/*.py",
+    "sim/bus/gen/*.py",
+    "nios_sw/ethercat/dictionary.toml",
+    "sim/rtl/*.h",
+    "sim/rtl/*.py",
+]
 # The device besides its RTL: its program.
 PROGRAM = ["nios_sw/images/ethercat.elf", "nios_sw/system.toml"]
 # The robot behind it: its parameters, plant, path, and the law on the ASIP.

@@ -75,10 +75,12 @@ AREAS: dict[str, Area] = {
         },
     ),
     "matrix": Area(
-        "Matrix products: programs whose constants come from streams, and laws on fast.",
+        "Matrix laws: streams, laws on fast, predictive control, policies.",
         {
             "matrix product": "sim.bench.matrix_goals:rows",
             "laws on fast": "sim.bench.matrix_law_goals:rows",
+            "predictive control": "sim.bench.stream_law_goals:predictive_control",
+            "policies": "sim.bench.stream_law_goals:policies",
         },
     ),
     "motion": Area(

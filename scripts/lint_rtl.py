@@ -87,6 +87,7 @@ TOPS = (
             "",
             "FmaPipes=1 Slots=1",
             "StreamWords=8192 Loops=3",
+            "StreamWords=8192 Loops=3 Lanes=3",
             "Resilience=1",
             "Resilience=1 Plausible=0",
         ),

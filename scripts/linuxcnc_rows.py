@@ -50,7 +50,7 @@ def played(options: Sequence[str]) -> dict[str, Any]:
             raise RuntimeError(f"microtick linuxcnc {' '.join(options)} gave no result")
         return json.loads(report.read_text(encoding="utf-8"))
 
-    ours = [f"sim/bus/linuxcnc/*.{kind}" for kind in ("comp", "hal", "ini", "sh")]
+    ours = [f"sim/bus/linuxcnc/*.{kind}" for kind in ("py", "comp", "hal", "ini", "sh")]
     files = [*BENCH, *PROGRAM, *ROBOT, *ours, "sim/paths/agh.ngc", *rtl_of("asip")]
     return kept(name, mark(DEVICE, files, *options, *versions("pysoem")), work)
 

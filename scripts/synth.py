@@ -56,6 +56,11 @@ TOPS = (
     Top("asip_fast", "asip", {"FmaPipes": 2, "Slots": 3}),
     Top("asip_small", "asip", {"FmaPipes": 1, "Slots": 1}),
     Top("asip_stream", "asip", {"FmaPipes": 2, "Slots": 3, "StreamWords": 8192, "Loops": 3}),
+    Top(
+        "asip_wide",
+        "asip",
+        {"FmaPipes": 2, "Slots": 3, "StreamWords": 8192, "Loops": 3, "Lanes": 3},
+    ),
     *(Top(unit, unit) for unit in ("n2_core", *CUSTOM)),
     *(Top(f"fpga{n}", "n2_system", {"Platform": n}, {"n2_tcm": TCM_BITS}) for n in (1, 2)),
 )

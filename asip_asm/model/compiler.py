@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from asip_asm.dependence import build_graph as dependence_graph
 from asip_asm.isa import default_isa
@@ -18,6 +18,8 @@ from asip_asm.model.emit import emit
 from asip_asm.model.expand import expand_functions
 from asip_asm.model.graph import Graph
 from asip_asm.model.law import Law, build_graph, check_limits
+from asip_asm.model.onnx_file import OnnxPolicy
+from asip_asm.model.options import SINES, Compiled, Options
 from asip_asm.model.places import EFFORT, beyond_bank, choose_places, operations
 from asip_asm.model.read import ModelError
 from asip_asm.model.simplify import share_divisors, simplify
@@ -33,35 +35,6 @@ there the critical path still leaves the sine unit its time.
 """
 
 DIVIDE = "divide the law into several functions"
-SINES = ("balanced", "unit", "pipes")
-
-
-@dataclass(frozen=True)
-class Options:
-    """What a user may choose. `reassociate`: sums and products in the order of arrival;
-    `reciprocal`: quotients of one divisor through its reciprocal; `sine`: 'unit', or 'balanced'
-    with polynomials for those sines and cosines that would wait for it, or 'pipes' with polynomials
-    for all whose angle has known limits. All change roundings.
-    `constants`: at most so many in bank K (None: all that fit). `registers`: the others may be in
-    registers that keep them from run to run; those left are loaded from data memory.
-    """
-
-    configuration: str = "fast"
-    reassociate: bool = False
-    reciprocal: bool = False
-    sine: str = SINES[0]
-    constants: int | None = None
-    registers: bool = True
-
-
-@dataclass(frozen=True)
-class Compiled:
-    """A compiled law: the graph of core operations, the source text."""
-
-    law: Law
-    options: Options
-    graph: Graph
-    text: str
 
 
 def compile_law(
@@ -71,6 +44,10 @@ def compile_law(
     options = options or Options()
     machine = machine or load_machine(options.configuration)
     check_limits(law, machine)
+    if streamed(law, options):
+        from asip_asm.model.network_program import compile_network
+
+        return compile_network(law, options, machine)
     real = expand_functions(simplify(build_graph(law)))
     if options.reciprocal:
         real = simplify(share_divisors(real))
@@ -94,10 +71,23 @@ def compile_law(
     return Compiled(law, options, graph, emit(graph, law, machine, places))
 
 
+def streamed(law: Law, options: Options) -> bool:
+    """Whether the law becomes a program of loops and streams: a network of dense layers."""
+    if not default_isa().configurations[options.configuration].stream_words:
+        return False
+    if not isinstance(law.function, OnnxPolicy):
+        return False
+    from asip_asm.model.onnx_layers import dense_layers
+
+    return not isinstance(dense_layers(law.function), str)
+
+
 def without_idle(law: Law, options: Options) -> Options:
     """The options without those that change nothing of this law: a reciprocal without a divisor
     that is constant or used twice, a choice of sines without an angle of known range.
     """
+    if streamed(law, options):
+        return options
     real = expand_functions(simplify(build_graph(law)))
     if options.reciprocal and simplify(share_divisors(real)).nodes == real.nodes:
         options = replace(options, reciprocal=False)

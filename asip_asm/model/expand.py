@@ -27,6 +27,8 @@ EXP = (0.5, 0.1666666716337204, 0.041666269302368164, 0.008333264850080013,
        0.0013946190010756254, 0.000199179703486152)  # fmt: skip
 EXPM1 = (0.5000000596046448, 0.1666666865348816, 0.04166531562805176, 0.008333072997629642,
          0.00139974569901824, 0.00019992895249743015)  # fmt: skip
+EXPM1_BELOW = (0.4999999701976776, 0.1666654348373413, 0.04166720062494278,
+               0.008366528898477554, 0.0013882520142942667)  # fmt: skip
 LOG = (0.3333333730697632, -0.2500016689300537, 0.19999843835830688, -0.16655564308166504,
        0.1427052915096283, -0.12714794278144836, 0.11735878884792328, -0.09252528101205826,
        0.038806408643722534)  # fmt: skip
@@ -121,10 +123,26 @@ class _Expander(Rewriter):
         return self.fma(self.op("fmul", x, x), self.horner(EXPM1, x), x)
 
     def _expm1(self, x: int) -> int:
+        node = self.new.nodes[x]
+        for other, arg in (node.args, node.args[::-1]) if node.op == "min" else ():
+            if self.new.constant(arg) == 0.0:
+                return self.mark("expm1_below", self._expm1_below(other), other)
         small = self._near_expm1(x)
         large = self.op("fsub", self._exponential(x), self.c(1.0))
         near = self.op("flt", self.op("fabs", x), self.c(0.5))
         return self.mark("expm1", self.op("sel", near, small, large), x)
+
+    def _expm1_below(self, x: int) -> int:
+        """exp(min(x, 0)) - 1 = 2^k q + (2^k - 1), q = exp(r) - 1: nothing cancels, as 2^k <= 1."""
+        near = self.op("fsat", x, self.c(-30.0), self.c(0.0))
+        shifted = self.fma(near, self.c(1 / LN2), self.c(MAGIC))
+        k = self.op("fsub", shifted, self.c(MAGIC))
+        power = self.op("f2i", self.fma(shifted, self.c(STEP), self.c((127 - MAGIC) * STEP)))
+        r = self.op("fnmsub", k, self.c(LN2), near)
+        square = self.op("fmul", r, r)
+        low, high = self.horner(EXPM1_BELOW[:2], r), self.horner(EXPM1_BELOW[2:], r)
+        q = self.fma(square, self.fma(square, high, low), r)
+        return self.fma(power, q, self.op("fsub", power, self.c(1.0)))
 
     def _logarithm(self, x: int) -> int:
         bits = self.op("isub", x, self.new.add("int_const", value=ONE_BITS))

@@ -97,6 +97,16 @@ HALVES: dict[str, Function] = {
 """Of sizes, for hyperbolic functions that are finite where the exponential is not."""
 
 
+BELOW: dict[str, Function] = {
+    "expm1_below": Function(
+        lambda x: np.expm1(np.minimum(x, 0)),
+        lambda x: (np.where(x <= 0, np.exp(np.minimum(x, 0)), 0.0),),
+        0.9, 1e-44, EVERYWHERE, unchanged=NEAR_ZERO,
+    ),
+}  # fmt: skip
+"""The part of a function that is not constant, as exponential linear units take it."""
+
+
 def _turns(x: Real, scale: Real, offset: Real | float = 0.0) -> Real:
     return TURN * (x * scale + offset)
 
@@ -129,4 +139,4 @@ TURNS: dict[str, Function] = {
 """Sine and cosine of 2 pi (scale x + offset) on the multiply-add pipes, see `sine`; arguments x,
 scale and, if it is not 0, offset; the domain is that of the angle in turns.
 """
-MARKED = FUNCTIONS | HALVES | TURNS
+MARKED = FUNCTIONS | HALVES | BELOW | TURNS

@@ -99,13 +99,19 @@ class Law:
 
         Raises ModelError.
         """
-        sources = [p for p in self.ports if p.kind in ("input", "state", "parameter", "rate")]
-        return _match("argument", self, self.scalars.arguments, sources, "")
+        return self.matched("argument", self.scalars.arguments)
 
     def results(self) -> list[tuple[str, list[Port]]]:
         """The same for its results."""
+        return self.matched("result", self.scalars.results)
+
+    def matched(self, what: str, entries: Sequence[Entry]) -> list[tuple[str, list[Port]]]:
+        """Names and ports of arguments, or of results. Raises ModelError."""
+        if what == "argument":
+            kinds = ("input", "state", "parameter", "rate")
+            return _match(what, self, entries, [p for p in self.ports if p.kind in kinds], "")
         targets = [p for p in self.ports if p.kind in ("output", "state", "export")]
-        return _match("result", self, self.scalars.results, targets, NEXT)
+        return _match(what, self, entries, targets, NEXT)
 
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -113,22 +119,25 @@ NEXT = "_next"
 """Behind the name of a state, or of its vector: the result with its next value."""
 
 
-def load_function(source: Model | Path | str) -> Model:
+def load_function(source: Model | Path | str, whole: bool = True) -> Model:
     """A function as it is, or that of an ONNX file or one of `Function.save`. Raises ModelError."""
     if not isinstance(source, Path | str):
         return source
     path = Path(source)
-    return load_onnx(path) if path.suffix.lower() == ONNX else load_saved(path)
+    return load_onnx(path, whole) if path.suffix.lower() == ONNX else load_saved(path)
 
 
-def load_law(function: Model | Path | str, record: Interface | Path | str) -> Law:
-    """Law of a function, an ONNX file or one of `Function.save`, and an interface record.
+def load_law(
+    function: Model | Path | str, record: Interface | Path | str, whole: bool = True
+) -> Law:
+    """Law of a function, an ONNX file or one of `Function.save`, and an interface record. whole:
+    scalar instructions of an ONNX file are read now, not where they are needed.
 
     An argument `<input>_rate` is the speed of an encoder: the record has a state of unit 'count'
     that starts from the input, and the constant or parameter `T_s`, seconds between ticks. Raises
     ModelError, InterfaceError, OSError.
     """
-    function = load_function(function)
+    function = load_function(function, whole)
     interface = record if isinstance(record, Interface) else load_interface(Path(record))
     names = interface.names()
     period = names.get("T_s", 1e-4)

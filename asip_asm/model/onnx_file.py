@@ -9,6 +9,7 @@ may name no other file. Operators: `asip_asm.model.onnx_nodes`; standard: ONNX, 
 
 from __future__ import annotations
 
+import functools
 import math
 import re
 from collections.abc import Callable
@@ -38,7 +39,12 @@ class OnnxPolicy:
 
     path: Path
     content: bytes
-    scalars: Scalars
+
+    @functools.cached_property
+    def scalars(self) -> Scalars:
+        """Raises ModelError."""
+        data = self.use(lambda model: msgspec.msgpack.encode(scalars(function_of(model))))
+        return msgspec.msgpack.decode(data, type=Scalars)
 
     def use(
         self, work: Callable[[Any], bytes], seconds: int = SECONDS, memory: int = BYTES
@@ -47,15 +53,19 @@ class OnnxPolicy:
         return _use(self.path, self.content, work, seconds, memory)
 
 
-def load_onnx(path: Path) -> OnnxPolicy:
-    """The policy of a file. Raises ModelError, OSError."""
+def load_onnx(path: Path, whole: bool = True) -> OnnxPolicy:
+    """The policy of a file; `whole`: its scalar instructions are read now. Raises ModelError,
+    OSError.
+    """
     if not path.exists():
         raise ModelError(f"{path}: no such file; export a policy to it")
     content = read_bytes(path, FILE_BYTES, "a policy")
     from asip_asm.model import onnx_nodes  # noqa: F401  imported here: the child can open no file
 
-    data = _use(path, content, lambda model: msgspec.msgpack.encode(scalars(function_of(model))))
-    return OnnxPolicy(path, content, msgspec.msgpack.decode(data, type=Scalars))
+    policy = OnnxPolicy(path, content)
+    if whole:
+        _ = policy.scalars
+    return policy
 
 
 def _use(

@@ -3,7 +3,7 @@
 // Contract: one clock, asynchronous active-low reset. FmaPipes = 2, Slots = 3 is configuration `fast`,
 // FmaPipes = 1, Slots = 1 is `small`. StreamWords other than 0 makes a constant memory of that size for each
 // multiply-add pipe of `fast`, whose words are operands; Loops other
-// than 0 makes as many levels of loops (configuration `stream`). Pipeline: F1 F2 fetch, P Q hazards, D issue, R1 R2 register
+// than 0 makes as many levels of loops (configuration `stream`), Lanes as many further lanes of each pipe (`wide`). Pipeline: F1 F2 fetch, P Q hazards, D issue, R1 R2 register
 // read, E1.. units, W write-back; see docs/architecture.md. The trace ports report every bundle issued and
 // every register or output written; leave them open in hardware.
 module asip #(
@@ -15,7 +15,8 @@ module asip #(
     parameter int unsigned Resilience = 0,  // 1: survives a flipped bit (docs/upsets.md); `fast` only
     parameter int unsigned Plausible  = 1,   // 1: with Resilience, a plausibility record of outputs
     parameter int unsigned StreamWords = 0,  // of the stream of each multiply-add pipe; 0: none
-    parameter int unsigned Loops       = 0   // levels of loops
+    parameter int unsigned Loops       = 0,  // levels of loops
+    parameter int unsigned Lanes       = 0   // of each multiply-add pipe, besides the first
 ) (
     input  logic                                      clk_i,
     input  logic                                      rst_ni,
@@ -99,6 +100,10 @@ module asip #(
   logic host_stream;
   logic [15:0] stream_address;
   logic [1:0][31:0] stream_r1;
+  logic [1:0][Lanes:0][31:0] words_r1;  // by lane
+  logic [1:0] stream_lane;
+  logic [Ports-1:0][31:0] operand_units;
+  fp_pkg::flags_t flags_lanes;
   logic [31:0] host_output, host_memory, host_word;
 
   // ================================================================ F and D
@@ -110,7 +115,8 @@ module asip #(
           .CanFma(s < FmaPipes),
           .CanAux(s == Slots - 1),
           .CanSeek(StreamWords != 0),
-          .CanLoop(Loops != 0)
+          .CanLoop(Loops != 0),
+          .CanLane(Lanes != 0 && s < FmaPipes)
       ) u_decode (
           .word_i(bundle_f2[WordWidth*s+:WordWidth]),
           .op_o  (op)
@@ -121,7 +127,8 @@ module asip #(
           .FmaPipes(FmaPipes),
           .Slot    (s),
           .Streams (StreamWords != 0),
-          .Loops   (Loops)
+          .Loops   (Loops),
+          .Lanes   (Lanes)
       ) u_check (
           .op_i     (ops_p[OpWidth*s+:OpWidth]),
           .illegal_o(illegal_op_p[s])
@@ -283,6 +290,10 @@ module asip #(
     if (StreamWords != 0) begin : gen_streams
       for (p = 0; p < FmaPipes; p++) begin : gen_stream
         logic [2:0] reads_d;
+        logic [Lanes:0][31:0] word_r1;
+
+        assign stream_r1[p]           = word_r1[0];
+        assign words_r1[p][Lanes:0]   = word_r1;
 
         // Sources a, b, c of the slot are ports 3p to 3p+2 of the operand stage.
         assign reads_d = {
@@ -292,7 +303,8 @@ module asip #(
         };
 
         asip_stream #(
-            .Words(StreamWords)
+            .Words(StreamWords),
+            .Lanes(Lanes)
         ) u_stream (
             .clk_i,
             .rst_ni,
@@ -300,8 +312,9 @@ module asip #(
             .take_i         (issue && (|reads_d)),
             .seek_i         (issue && aux_d.seek && aux_d.imm[15] == 1'(p)),
             .seek_address_i (aux_d.imm[14:0]),
-            .word_r1_o      (stream_r1[p]),
+            .word_r1_o      (word_r1),
             .write_i        (host_stream && stream_address[15] == 1'(p)),
+            .write_lane_i   (stream_lane),
             .write_address_i(stream_address[14:0]),
             .write_data_i   (writedata_i)
         );
@@ -309,7 +322,8 @@ module asip #(
     end else begin : gen_no_streams
       logic unused_streams;
       assign stream_r1      = '0;
-      assign unused_streams = ^{host_stream, stream_address};
+      assign words_r1       = '0;
+      assign unused_streams = ^{host_stream, stream_address, stream_lane};
     end
   endgenerate
 
@@ -355,6 +369,65 @@ module asip #(
 
   assign flush = redirect_q || refetch;
 
+  // ================================================================ lanes
+  generate
+    if (Lanes != 0) begin : gen_lanes
+      logic [FmaPipes-1:0][Lanes:0][4:0] flags_lane;
+
+      for (p = 0; p < FmaPipes; p++) begin : gen_pipe
+        asip_pkg::decoded_t op_e1;
+        logic [3:0][31:0] addend_e1;  // by lane
+
+        assign op_e1                = ops_e1_q[OpWidth*p+:OpWidth];
+        assign addend_e1[0]         = operand_e1[3*p+2];
+        assign flags_lane[p][0]     = '0;
+        assign operand_units[3*p]   = operand_e1[3*p];
+        assign operand_units[3*p+1] = operand_e1[3*p+1];
+        assign operand_units[3*p+2] = op_e1.pick ? addend_e1[op_e1.b[1:0]] : operand_e1[3*p+2];
+
+        logic unused_op;
+        assign unused_op = ^op_e1;
+
+        for (s = 1; s < 4; s++) begin : gen_lane
+          if (s <= Lanes) begin : gen_there
+            asip_lane u_lane (
+                .clk_i,
+                .rst_ni       (rst_run_n),
+                .source_c_d_i (source_d[3*p+2]),
+                .soon_i       (soon[p]),
+                .soon_index_i (soon_index[p]),
+                .next_i       (next[p]),
+                .next_index_i (next_index[p]),
+                .write_i      (write[p]),
+                .write_index_i(write_index[p]),
+                .word_r1_i    (words_r1[p][s]),
+                .start_e1_i   (valid_e1_q && op_e1.vector && !op_e1.pick),
+                .kind_e1_i    (op_e1.fma_kind),
+                .factor_e1_i  (operand_e1[3*p+1]),
+                .addend_e1_o  (addend_e1[s]),
+                .flags_o      (flags_lane[p][s])
+            );
+          end else begin : gen_none
+            assign addend_e1[s] = '0;
+          end
+        end
+      end
+      assign operand_units[Ports-1:3*FmaPipes] = operand_e1[Ports-1:3*FmaPipes];
+
+      always_comb begin
+        flags_lanes = '0;
+        for (int unsigned i = 0; i < FmaPipes; i++) begin
+          for (int unsigned j = 0; j <= Lanes; j++) flags_lanes = flags_lanes | flags_lane[i][j];
+        end
+      end
+    end else begin : gen_no_lanes
+      logic unused_words;
+      assign operand_units = operand_e1;
+      assign flags_lanes   = '0;
+      assign unused_words  = ^words_r1;
+    end
+  endgenerate
+
   // ================================================================ units
   asip_units #(
       .FmaPipes (FmaPipes),
@@ -367,7 +440,8 @@ module asip #(
       .clear_flags_i  (run_start),
       .valid_e1_i     (valid_e1_q),
       .ops_e1_i       (ops_e1_q),
-      .operand_e1_i   (operand_e1),
+      .operand_e1_i   (operand_units),
+      .flags_lanes_i  (flags_lanes),
       .result_o       (result),
       .flags_o        (flags),
       .address_fault_o(address_fault),
@@ -513,7 +587,8 @@ module asip #(
       .Resilience(Resilience),
       .Plausible (Plausible),
       .StreamWords(StreamWords),
-      .Loops     (Loops)
+      .Loops     (Loops),
+      .Lanes     (Lanes)
   ) u_host (
       .clk_i,
       .rst_ni,
@@ -553,6 +628,7 @@ module asip #(
       .write_record_o  (host_record),
       .write_stream_o  (host_stream),
       .stream_address_o(stream_address),
+      .stream_lane_o   (stream_lane),
       .select_o        (host_select),
       .read_output_i   (host_output),
       .read_register_i (operand_e1[Ports-3]),
@@ -581,6 +657,9 @@ module asip #(
           Loops,
           asip_isa_pkg::LOOP_LEVELS
       );
+    end
+    if (Lanes != 0 && (Lanes > 3 || StreamWords == 0)) begin : gen_check_lanes
+      $error("asip: Lanes=%0d, must be 0 to 3, with StreamWords", Lanes);
     end
     // verilog_format: off - it breaks calls inside their parentheses
   if (2 ** $clog2(Bundles) != Bundles || Bundles > asip_isa_pkg::PROGRAM_BUNDLES ||

@@ -7,7 +7,8 @@ module asip_check #(
     parameter int unsigned FmaPipes = 2,
     parameter int unsigned Slot     = 0,
     parameter bit          Streams  = 1'b0,
-    parameter int unsigned Loops    = 0
+    parameter int unsigned Loops    = 0,
+    parameter int unsigned Lanes    = 0
 ) (
     input  asip_pkg::decoded_t op_i,
     output logic               illegal_o
@@ -26,8 +27,25 @@ module asip_check #(
     endcase
   endfunction
 
+  // A vector operation multiplies words of its stream, and adds registers of its own bank; field b of one that
+  // takes a lane is the lane.
+  localparam logic [2:0] Own = Slot == 0 ? asip_isa_pkg::BANK_A : asip_isa_pkg::BANK_B;
+  logic bad_b, bad_vector;
+
+  generate
+    if (Lanes != 0) begin : gen_vector
+      logic foreign;
+      assign foreign    = op_i.c[8:6] != Own && op_i.c[8:6] != asip_isa_pkg::BANK_ZERO;
+      assign bad_vector = op_i.vector && (foreign || (!op_i.pick && op_i.a[8:6] != asip_isa_pkg::BANK_S));
+      assign bad_b      = op_i.pick ? op_i.b[8:6] != asip_isa_pkg::BANK_ZERO || 32'(op_i.b[5:0]) > Lanes : bad_source(op_i.b);
+    end else begin : gen_no_vector
+      assign bad_vector = 1'b0;
+      assign bad_b      = bad_source(op_i.b);
+    end
+  endgenerate
+
   // verilog_format: off - it breaks calls inside their parentheses
-  assign illegal_o = op_i.illegal || bad_source(op_i.a) || bad_source(op_i.b) ||
+  assign illegal_o = op_i.illegal || bad_source(op_i.a) || bad_b || bad_vector ||
                      bad_source(op_i.c) || (op_i.to_output && (op_i.fma || op_i.dst[5])) ||
                      (op_i.loop && 32'(op_i.imm[15:asip_isa_pkg::LOOP_COUNT_WIDTH]) > LastLevel);
   // verilog_format: on

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_decode: decode one operation word. Combinational.
 // Contract: illegal is set for an unknown opcode and for a unit that this slot does not have; a seek is
-// unknown without streams, a loop without loops. asip_check looks at registers and levels. A source field that an operation does not use is `zero` in every program of
+// unknown without streams, a loop without loops, a vector
+// without lanes. asip_check looks at registers and levels. A source field that an operation does not use is `zero` in every program of
 // the assembler; another register there is waited for, and one that does not exist is illegal too.
 module asip_decode #(
     parameter bit CanFma = 1'b1,
     parameter bit CanAux = 1'b1,
     parameter bit CanSeek = 1'b0,
-    parameter bit CanLoop = 1'b0
+    parameter bit CanLoop = 1'b0,
+    parameter bit CanLane = 1'b0
 ) (
     input  logic [asip_isa_pkg::OP_WIDTH-1:0] word_i,
     output asip_pkg::decoded_t                op_o
@@ -21,7 +23,7 @@ module asip_decode #(
   asip_pkg::decoded_t op;
 
   // The control fields of each opcode are those of its record in asip_asm/isa.toml.
-  assign control = asip_pkg::control_of(opcode);
+  assign control = asip_pkg::control_of(opcode) | (CanLane ? asip_pkg::lanes_control_of(opcode) : '0);
   assign offered = control & (CanSeek ? '1 : ~asip_pkg::CONTROL_SEEK) & (CanLoop ? '1 : ~asip_pkg::CONTROL_LOOP);
   assign opcode = word_i[asip_isa_pkg::FIELD_OP_MSB:asip_isa_pkg::FIELD_OP_LSB];
   assign dst    = word_i[asip_isa_pkg::FIELD_DST_MSB:asip_isa_pkg::FIELD_DST_LSB];
@@ -30,7 +32,11 @@ module asip_decode #(
   assign c      = word_i[asip_isa_pkg::FIELD_C_MSB:asip_isa_pkg::FIELD_C_LSB];
 
   always_comb begin
-    op        = {offered, {(asip_pkg::DECODED_WIDTH - asip_pkg::CONTROL_WIDTH) {1'b0}}};
+    op = {offered, {(asip_pkg::DECODED_WIDTH - asip_pkg::CONTROL_WIDTH) {1'b0}}};
+    if (CanLane) begin
+      op.fma      = op.fma || op.vector;
+      op.fma_kind = op.fma_kind | op.vector_kind;
+    end
     known     = (|offered) || opcode == asip_isa_pkg::OP_NOP;
     op.dst    = dst[5:0];
     op.a      = a;

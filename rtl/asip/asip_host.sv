@@ -12,7 +12,8 @@ module asip_host #(
     parameter int unsigned Resilience = 0,    // 1: parity of the registers that configure a run
     parameter int unsigned Plausible  = 1,    // 1: with Resilience, there is a plausibility record
     parameter int unsigned StreamWords = 0,   // of each stream; 0: there is none
-    parameter int unsigned Loops       = 0    // levels
+    parameter int unsigned Loops       = 0,   // levels
+    parameter int unsigned Lanes       = 0    // of each multiply-add pipe, besides the first
 ) (
     input  logic                                      clk_i,
     input  logic                                      rst_ni,
@@ -55,6 +56,7 @@ module asip_host #(
     output logic                                      write_record_o,  // of plausibility
     output logic                                      write_stream_o,
     output logic [15:0]                               stream_address_o,  // {pipe, word}
+    output logic [1:0]                                stream_lane_o,
     output logic                                      select_o,
     input  logic [31:0]                               read_output_i,
     input  logic [31:0]                               read_register_i,
@@ -138,7 +140,8 @@ module asip_host #(
   assign write_data_o     = memory_write && in_data;
   assign write_program_o  = memory_write && in_program && 32'(bundle) < Bundles;
   assign write_record_o   = memory_write && in_record && Resilience != 0 && Plausible != 0;
-  assign write_stream_o   = memory_write && in_streams && StreamWords != 0 && stream_page[7:6] == 2'b00;
+  assign write_stream_o   = memory_write && in_streams && StreamWords != 0 && 32'(stream_page[7:6]) < Lanes + 1;
+  assign stream_lane_o    = stream_page[7:6];
   assign stream_address_o = {stream_page[5:0], address_i[$clog2(asip_regmap_pkg::WORDS_STREAMS)-1:0]};
   assign select_o         = (read_i || write_i) && !hold_i;
 
@@ -170,6 +173,7 @@ module asip_host #(
     entry_word[asip_regmap_pkg::ENTRY_VALUE_LSB+:16] = entry_q;
 
     stream_word = 32'd0;
+    if (Lanes != 0) stream_word[asip_regmap_pkg::STREAM_LANES_LSB+:2] = 2'(Lanes);
     if (Loops != 0) stream_word[asip_regmap_pkg::STREAM_LOOPS_LSB+:2] = 2'(Loops);
     if (StreamWords != 0) begin
       stream_word[asip_regmap_pkg::STREAM_PAGE_LSB+:8]       = stream_page;

@@ -10,6 +10,9 @@ package asip_pkg;
     logic [1:0]  fma_kind;
     logic        neg_product;
     logic        neg_addend;
+    logic        vector;         // multiply-add in all lanes of a pipe (`wide` only)
+    logic [1:0]  vector_kind;
+    logic        pick;
     logic        divsqrt;        // division and square root
     logic        sqrt;
     logic        cmp;            // compare, select, saturate, sign, move, integer add
@@ -35,11 +38,11 @@ package asip_pkg;
     logic [15:0] imm;
     logic        illegal;
   } decoded_t;
-  localparam int unsigned CONTROL_WIDTH = 24;  // of the control fields, the most significant ones
-  localparam int unsigned DECODED_WIDTH = 76;  // of decoded_t: Yosys knows no $bits
+  localparam int unsigned CONTROL_WIDTH = 28;  // of the control fields, the most significant ones
+  localparam int unsigned DECODED_WIDTH = 80;  // of decoded_t: Yosys knows no $bits
   // Control fields that only a core with streams, with loops has.
-  localparam logic [CONTROL_WIDTH-1:0] CONTROL_SEEK = {22'd0, 1'd1, 1'd0};
-  localparam logic [CONTROL_WIDTH-1:0] CONTROL_LOOP = {23'd0, 1'd1};
+  localparam logic [CONTROL_WIDTH-1:0] CONTROL_SEEK = {26'd0, 1'd1, 1'd0};
+  localparam logic [CONTROL_WIDTH-1:0] CONTROL_LOOP = {27'd0, 1'd1};
 
   // Control fields of an opcode; all are 0 for a nop and an opcode that does not exist.
   // A case of constants would be a ROM to Yosys, which moves the register of its address
@@ -48,115 +51,129 @@ package asip_pkg;
     control_of = '0;
     // jump
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_JMP}}
-                                & {19'd0, 1'd1, 4'd0});
+                                & {23'd0, 1'd1, 4'd0});
     // branch_zero
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_BZ}}
-                                & {20'd0, 1'd1, 3'd0});
+                                & {24'd0, 1'd1, 3'd0});
     // branch_nonzero
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_BNZ}}
-                                & {21'd0, 1'd1, 2'd0});
+                                & {25'd0, 1'd1, 2'd0});
     // store
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_ST}}
-                                & {18'd0, 1'd1, 5'd0});
+                                & {22'd0, 1'd1, 5'd0});
     // seek
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_SEEK}}
-                                & {22'd0, 1'd1, 1'd0});
+                                & {26'd0, 1'd1, 1'd0});
     // loop
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_LOOP}}
-                                & {23'd0, 1'd1});
+                                & {27'd0, 1'd1});
     // fma, fma_kind FMA_KIND_FMA
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FMADD}}
-                                & {1'd1, fp_pkg::FMA_KIND_FMA, 21'd0});
+                                & {1'd1, fp_pkg::FMA_KIND_FMA, 25'd0});
     // fma, fma_kind FMA_KIND_FMA, neg_product
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FNMSUB}}
-                                & {1'd1, fp_pkg::FMA_KIND_FMA, 1'd1, 20'd0});
+                                & {1'd1, fp_pkg::FMA_KIND_FMA, 1'd1, 24'd0});
     // fma, fma_kind FMA_KIND_FMA, neg_addend
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FMSUB}}
-                                & {1'd1, fp_pkg::FMA_KIND_FMA, 1'd0, 1'd1, 19'd0});
+                                & {1'd1, fp_pkg::FMA_KIND_FMA, 1'd0, 1'd1, 23'd0});
     // fma, fma_kind FMA_KIND_FMA, neg_product, neg_addend
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FNMADD}}
-                                & {1'd1, fp_pkg::FMA_KIND_FMA, 1'd1, 1'd1, 19'd0});
+                                & {1'd1, fp_pkg::FMA_KIND_FMA, 1'd1, 1'd1, 23'd0});
     // fma, fma_kind FMA_KIND_MUL
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FMUL}}
-                                & {1'd1, fp_pkg::FMA_KIND_MUL, 21'd0});
+                                & {1'd1, fp_pkg::FMA_KIND_MUL, 25'd0});
     // fma, fma_kind FMA_KIND_MUL, neg_product
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FNMUL}}
-                                & {1'd1, fp_pkg::FMA_KIND_MUL, 1'd1, 20'd0});
+                                & {1'd1, fp_pkg::FMA_KIND_MUL, 1'd1, 24'd0});
     // fma, fma_kind FMA_KIND_ADD
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FADD}}
-                                & {1'd1, fp_pkg::FMA_KIND_ADD, 21'd0});
+                                & {1'd1, fp_pkg::FMA_KIND_ADD, 25'd0});
     // fma, fma_kind FMA_KIND_ADD, neg_addend
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FSUB}}
-                                & {1'd1, fp_pkg::FMA_KIND_ADD, 1'd0, 1'd1, 19'd0});
+                                & {1'd1, fp_pkg::FMA_KIND_ADD, 1'd0, 1'd1, 23'd0});
     // cmp, cmp_op 0
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FEQ}}
-                                & {7'd0, 1'd1, 16'd0});
+                                & {11'd0, 1'd1, 16'd0});
     // cmp, cmp_op 1
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FLT}}
-                                & {7'd0, 1'd1, 4'd1, 12'd0});
+                                & {11'd0, 1'd1, 4'd1, 12'd0});
     // cmp, cmp_op 2
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FLE}}
-                                & {7'd0, 1'd1, 4'd2, 12'd0});
+                                & {11'd0, 1'd1, 4'd2, 12'd0});
     // cmp, cmp_op 3
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FMIN}}
-                                & {7'd0, 1'd1, 4'd3, 12'd0});
+                                & {11'd0, 1'd1, 4'd3, 12'd0});
     // cmp, cmp_op 4
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FMAX}}
-                                & {7'd0, 1'd1, 4'd4, 12'd0});
+                                & {11'd0, 1'd1, 4'd4, 12'd0});
     // cmp, cmp_op 5
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FABS}}
-                                & {7'd0, 1'd1, 4'd5, 12'd0});
+                                & {11'd0, 1'd1, 4'd5, 12'd0});
     // cmp, cmp_op 6
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FNEG}}
-                                & {7'd0, 1'd1, 4'd6, 12'd0});
+                                & {11'd0, 1'd1, 4'd6, 12'd0});
     // cmp, cmp_op 7
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_MOV}}
-                                & {7'd0, 1'd1, 4'd7, 12'd0});
+                                & {11'd0, 1'd1, 4'd7, 12'd0});
     // cmp, cmp_op 8
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FSGN}}
-                                & {7'd0, 1'd1, 4'd8, 12'd0});
+                                & {11'd0, 1'd1, 4'd8, 12'd0});
     // cmp, cmp_op 9
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FSAT}}
-                                & {7'd0, 1'd1, 4'd9, 12'd0});
+                                & {11'd0, 1'd1, 4'd9, 12'd0});
     // cmp, cmp_op 10
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_SEL}}
-                                & {7'd0, 1'd1, 4'd10, 12'd0});
+                                & {11'd0, 1'd1, 4'd10, 12'd0});
     // cmp, cmp_op 11
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_SELGE}}
-                                & {7'd0, 1'd1, 4'd11, 12'd0});
+                                & {11'd0, 1'd1, 4'd11, 12'd0});
     // cmp, cmp_op 12
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_SELGT}}
-                                & {7'd0, 1'd1, 4'd12, 12'd0});
+                                & {11'd0, 1'd1, 4'd12, 12'd0});
     // cmp, cmp_op 13
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_IADD}}
-                                & {7'd0, 1'd1, 4'd13, 12'd0});
+                                & {11'd0, 1'd1, 4'd13, 12'd0});
     // cmp, cmp_op 14
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_ISUB}}
-                                & {7'd0, 1'd1, 4'd14, 12'd0});
+                                & {11'd0, 1'd1, 4'd14, 12'd0});
     // divsqrt
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FDIV}}
-                                & {5'd0, 1'd1, 18'd0});
+                                & {9'd0, 1'd1, 18'd0});
     // divsqrt, sqrt
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FSQRT}}
-                                & {5'd0, 1'd1, 1'd1, 17'd0});
+                                & {9'd0, 1'd1, 1'd1, 17'd0});
     // sincos
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FSIN}}
-                                & {15'd0, 1'd1, 8'd0});
+                                & {19'd0, 1'd1, 8'd0});
     // sincos, cos
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FCOS}}
-                                & {15'd0, 1'd1, 1'd1, 7'd0});
+                                & {19'd0, 1'd1, 1'd1, 7'd0});
     // i2f
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_I2F}}
-                                & {12'd0, 1'd1, 11'd0});
+                                & {16'd0, 1'd1, 11'd0});
     // f2i
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_F2I}}
-                                & {13'd0, 1'd1, 10'd0});
+                                & {17'd0, 1'd1, 10'd0});
     // f2i, truncate
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_F2IT}}
-                                & {13'd0, 1'd1, 1'd1, 9'd0});
+                                & {17'd0, 1'd1, 1'd1, 9'd0});
     // load
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_LD}}
-                                & {17'd0, 1'd1, 6'd0});
+                                & {21'd0, 1'd1, 6'd0});
+  endfunction
+
+  // Those that only a core with lanes knows.
+  function automatic logic [CONTROL_WIDTH-1:0] lanes_control_of(input logic [5:0] opcode);
+    lanes_control_of = '0;
+    // vector, vector_kind FMA_KIND_FMA
+    lanes_control_of = lanes_control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_VFMADD}}
+                                & {5'd0, 1'd1, fp_pkg::FMA_KIND_FMA, 20'd0});
+    // vector, vector_kind FMA_KIND_MUL
+    lanes_control_of = lanes_control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_VFMUL}}
+                                & {5'd0, 1'd1, fp_pkg::FMA_KIND_MUL, 20'd0});
+    // vector, vector_kind FMA_KIND_ADD, pick
+    lanes_control_of = lanes_control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_VOUT}}
+                                & {5'd0, 1'd1, fp_pkg::FMA_KIND_ADD, 1'd1, 19'd0});
   endfunction
   // END OF GENERATED PART
 

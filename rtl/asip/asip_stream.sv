@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// asip_stream: constant memory of a multiply-add pipe, read word after word.
-// Contract: word_r1_o is the next word of the bundle that was in stage D one cycle before. The bundle that
+// asip_stream: constant memory of a multiply-add pipe, read word after word, with one of each further lane.
+// Contract: word_r1_o are the next words of the bundle that was in stage D one cycle before, by lane. The bundle that
 // issues steps the pointer if it takes a word; a seek in it sets the pointer for the bundle after it,
 // whether or not the bundle itself takes a word. A run begins at word 0. The first word follows the
 // last one. The host writes the memory between runs.
 module asip_stream #(
-    parameter int unsigned Words = 1024
+    parameter int unsigned Words = 1024,
+    parameter int unsigned Lanes = 0      // besides the first
 ) (
     input  logic        clk_i,
     input  logic        rst_ni,
@@ -15,18 +16,17 @@ module asip_stream #(
     input  logic        seek_i,
     input  logic [14:0] seek_address_i,
     // to the operand stage, R1
-    output logic [31:0] word_r1_o,
+    output logic [Lanes:0][31:0] word_r1_o,
     // from the host, idle only
     input  logic        write_i,
+    input  logic [1:0]  write_lane_i,
     input  logic [14:0] write_address_i,
     input  logic [31:0] write_data_i
 );
 
   localparam int unsigned AddressWidth = $clog2(Words);
 
-  (* ramstyle = "no_rw_check", no_rw_check *) logic [31:0] memory[0:Words-1];
   logic [AddressWidth-1:0] pointer_q;
-  logic [31:0] word_r1_q;
   logic fits;
 
   // A write beyond the memory is lost.
@@ -39,14 +39,20 @@ module asip_stream #(
     else if (take_i) pointer_q <= pointer_q + 1'b1;
   end
 
-  always_ff @(posedge clk_i) begin
-    if (write_i && fits) memory[write_address_i[AddressWidth-1:0]] <= write_data_i;
-    word_r1_q <= memory[pointer_q];
-  end
-
-  assign word_r1_o = word_r1_q;
-
+  genvar l;
   generate
+    for (l = 0; l <= Lanes; l++) begin : gen_lane
+      (* ramstyle = "no_rw_check", no_rw_check *) logic [31:0] memory[0:Words-1];
+      logic [31:0] word_r1_q;
+
+      always_ff @(posedge clk_i) begin
+        if (write_i && fits && write_lane_i == l[1:0]) memory[write_address_i[AddressWidth-1:0]] <= write_data_i;
+        word_r1_q <= memory[pointer_q];
+      end
+
+      assign word_r1_o[l] = word_r1_q;
+    end
+
     if (AddressWidth < 15) begin : gen_unused
       logic unused_address;
       assign unused_address = ^seek_address_i[14:AddressWidth];

@@ -15,6 +15,7 @@ module asip_units #(
     input  logic                                     valid_e1_i,
     input  logic [Slots*asip_pkg::DECODED_WIDTH-1:0] ops_e1_i,
     input  logic [3*Slots-1:0][31:0]                 operand_e1_i,
+    input  fp_pkg::flags_t                           flags_lanes_i,
     // to write-back and control
     output logic [2:0][31:0]                         result_o,
     output fp_pkg::flags_t                           flags_o,
@@ -109,7 +110,7 @@ module asip_units #(
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) flags_q <= '0;
     else if (clear_flags_i) flags_q <= '0;
-    else flags_q <= flags_q | flags_fma[0] | flags_fma[1] | flags_aux;
+    else flags_q <= flags_q | flags_fma[0] | flags_fma[1] | flags_aux | flags_lanes_i;
   end
 
   assign flags_o = flags_q;

@@ -11,6 +11,7 @@ module debug_asip #(
     parameter int unsigned DataWords = asip_isa_pkg::DATA_WORDS,
     parameter int unsigned StreamWords = 0,  // as of `asip`
     parameter int unsigned Loops       = 0,
+    parameter int unsigned Lanes       = 0,
     parameter int unsigned Uart      = 1,  // 0: no serial port
     parameter int unsigned UartDivider =   // clocks a bit after reset
         32'(debug_regmap_pkg::RESET_UART[debug_regmap_pkg::UART_DIVIDER_LSB+:16])
@@ -218,6 +219,7 @@ module debug_asip #(
       .DataWords(DataWords),
       .StreamWords(StreamWords),
       .Loops     (Loops),
+      .Lanes     (Lanes),
       .Debug    (1)
   ) u_asip (
       .clk_i,

@@ -49,6 +49,14 @@ package asip_isa_pkg;
   localparam int unsigned STREAM_DIVSQRT_INTERVAL = 1;
   // cycles from one operation of the unit to the next
   localparam int unsigned STREAM_SINCOS_INTERVAL = 11;
+  localparam int unsigned WIDE_SLOTS = 3;  // fma, fma, aux
+  localparam int unsigned WIDE_FMA_PIPES = 2;
+  localparam int unsigned WIDE_BUNDLE_WIDTH = 128;
+  localparam int unsigned WIDE_BUNDLE_LANES = 4;  // 32-bit lanes of program memory
+  // cycles from one operation of the unit to the next
+  localparam int unsigned WIDE_DIVSQRT_INTERVAL = 1;
+  // cycles from one operation of the unit to the next
+  localparam int unsigned WIDE_SINCOS_INTERVAL = 11;
 
   // Bank codes of source operands {bank[2:0], index[5:0]}; K spans two codes.
   localparam logic [2:0] BANK_ZERO = 3'b000;  // reads as +0.0 (and integer 0)
@@ -87,6 +95,9 @@ package asip_isa_pkg;
   localparam logic [5:0] OP_FNMUL = 6'b010101;
   localparam logic [5:0] OP_FADD = 6'b011000;
   localparam logic [5:0] OP_FSUB = 6'b011010;
+  localparam logic [5:0] OP_VFMADD = 6'b010110;
+  localparam logic [5:0] OP_VFMUL = 6'b010111;
+  localparam logic [5:0] OP_VOUT = 6'b011001;
   localparam logic [5:0] OP_FEQ = 6'b100000;
   localparam logic [5:0] OP_FLT = 6'b100001;
   localparam logic [5:0] OP_FLE = 6'b100010;

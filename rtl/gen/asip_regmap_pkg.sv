@@ -103,6 +103,8 @@ package asip_regmap_pkg;
   localparam int unsigned STREAM_WORDS_LOG2_WIDTH = 5;
   localparam int unsigned STREAM_LOOPS_LSB = 13;
   localparam int unsigned STREAM_LOOPS_WIDTH = 2;
+  localparam int unsigned STREAM_LANES_LSB = 15;
+  localparam int unsigned STREAM_LANES_WIDTH = 2;
   localparam int unsigned PLAUSIBLE_ON_JUDGED_LSB = 0;
   localparam int unsigned PLAUSIBLE_ON_JUDGED_WIDTH = 1;
 

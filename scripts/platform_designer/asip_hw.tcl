@@ -43,6 +43,7 @@ foreach {name default allowed text} {
   Plausible  1   {0 1}                  "With Resilience, limits and slew of outputs 0 to 7"
   StreamWords 0  {0 256 512 1024 2048 4096 8192 16384 32768} "Constants of each multiply-add pipe [words] (3 operations only)"
   Loops      0   {0 1 2 3}              "Levels of loops without cost (3 operations only)"
+  Lanes      0   {0 1 2 3}              "Lanes of each multiply-add pipe besides the first (with StreamWords)"
 } {
   add_parameter $name NATURAL $default $text
   set_parameter_property $name DISPLAY_NAME $text
@@ -64,6 +65,9 @@ proc elaborate {} {
   }
   if {[get_parameter_value Loops] && ($slots == 1 || [get_parameter_value Resilience])} {
     send_message error "Loops needs Slots = 3 and Resilience = 0."
+  }
+  if {[get_parameter_value Lanes] && ![get_parameter_value StreamWords]} {
+    send_message error "Lanes needs StreamWords."
   }
 }
 

@@ -17,13 +17,17 @@ from pathlib import Path
 from rich.console import Console
 
 from asip_asm.command import cause_of, command, command_parser
+from asip_asm.files import write_text
 from sim.debug.gdb.server import PIPE, ServerError, place_of, serve
 from sim.rtl.build import BuildError
 from sim.rtl.nios_image import ImageError, Program, read_elf
 from sim.rtl.nios_profile import profile, tables
 from sim.rtl.nios_rtl import PLATFORMS, NiosRtl
+from sim.rtl.nios_trace import konata, timeline
 
 MAX_CYCLES = 1_000_000_000
+MOST_TRACED = 10_000_000
+TRACED = 100_000  # instructions of a trace; a viewer takes some hundred bytes for each
 CHUNK = 100_000  # cycles between two looks at console and keyboard, about a tenth of a second
 LIMIT_STATUS, FILE_STATUS, INTERRUPT_STATUS, STRAY_STATUS, PIPE_STATUS = 124, 125, 130, 139, 141
 TERMINAL_SECONDS, LOG_SECONDS = 1.0, 30.0  # between two lines of progress
@@ -32,6 +36,7 @@ EPILOG = f"""examples:
   nios-run hello.elf
   nios-run --system fpga1 --profile law.elf > law.txt
   nios-run --max-cycles 5000000 loop.elf
+  nios-run --timeline law.json --konata law.konata --trace 2000:50000 law.elf
   nios-run --gdb :1234 hello.elf      and then in nios2-elf-gdb: target remote :1234
 
 How to write and compile such a program: docs/own_c_program.md; to debug it: docs/own_c_program.md.
@@ -55,7 +60,9 @@ def main(arguments: list[str] | None = None) -> int:
             status = serve(core, program, options.gdb, lambda text: say.print(f"nios-run: {text}"))
             return shown(status)
         assert program is not None  # the command line has it, or --gdb
-        ended, cycles = run(core, program, options.max_cycles, options.profile, say)
+        ended, cycles = run(core, program, options, say)
+        if options.trace:
+            write_trace(core, program, options, say)
     except (ImageError, BuildError, ServerError) as error:
         say.print(f"nios-run: {error}")
         return FILE_STATUS
@@ -109,17 +116,37 @@ def ready(system: str, say: Console, debug: bool) -> NiosRtl:
         notice.cancel()
 
 
+def write_trace(core: NiosRtl, program: Program, options: argparse.Namespace, say: Console) -> None:
+    """Write the files of --konata and --timeline, and say what they hold. Raises OSError."""
+    steps = core.traced()
+    texts = {
+        options.konata: lambda: konata(steps, program, core.platform),
+        options.timeline: lambda: timeline(steps, program, core.map.clock_mhz),
+    }
+    files = [path for path in texts if path]
+    for path in files:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_text(path, texts[path]())
+    skip, count = options.trace
+    more = "; --trace FIRST:COUNT chooses others" if len(steps) == count else ""
+    names = " and ".join(map(str, files))
+    say.print(f"nios-run: {names}: {len(steps)} instructions from number {skip} on{more}")
+
+
 def run(
-    core: NiosRtl, program: Program, limit: int, profiled: bool, say: Console
+    core: NiosRtl, program: Program, options: argparse.Namespace, say: Console
 ) -> tuple[int | None, int]:
     """Run a program with its console on standard output.
 
-    Its status (None: it did not end within `limit` cycles, or `core.stray` says why) and the
+    Its status (None: it did not end within the limit of cycles, or `core.stray` says why) and the
     cycles from its reset on.
     """
+    limit = options.max_cycles
     core.load(program)
-    if profiled:
+    if options.profile:
         core.profile(whole=True)
+    if options.trace:
+        core.trace(options.trace[1], options.trace[0])
     core.guard()
     core.start()
     begin = core.cycles
@@ -191,6 +218,21 @@ def parse_arguments(arguments: list[str] | None) -> argparse.Namespace:
         "--profile", action="store_true", help="cycles by function and by kind of instruction"
     )
     parser.add_argument(
+        "--konata", type=Path, metavar="FILE", help="pipeline log for the viewer Konata"
+    )
+    parser.add_argument(
+        "--timeline",
+        type=Path,
+        metavar="FILE",
+        help="functions over time, JSON for Perfetto (ui.perfetto.dev) or chrome://tracing",
+    )
+    parser.add_argument(
+        "--trace",
+        type=_window,
+        metavar="FIRST:COUNT",
+        help=f"instructions in these two files (default: 0:{TRACED})",
+    )
+    parser.add_argument(
         "--gdb",
         type=_place,
         metavar="[HOST]:PORT",
@@ -203,7 +245,25 @@ def parse_arguments(arguments: list[str] | None) -> argparse.Namespace:
         parser.error("the following arguments are required: program")
     if options.gdb is not None and options.profile:
         parser.error("--profile: not with --gdb, whose halts would count")
+    files = options.konata or options.timeline
+    if options.trace and not files:
+        parser.error("--trace: needs --konata FILE or --timeline FILE")
+    if files and options.gdb is not None:
+        parser.error("--konata, --timeline: not with --gdb, whose halts would count")
+    if files and not options.trace:
+        options.trace = (0, TRACED)
     return options
+
+
+def _window(text: str) -> tuple[int, int]:
+    """First instruction and number of instructions of a trace."""
+    first, colon, count = text.partition(":")
+    known = all(part.isdecimal() and len(part) <= 15 for part in (first, count))
+    if not (colon and known and 1 <= int(count) <= MOST_TRACED):
+        raise argparse.ArgumentTypeError(
+            f"'{text}': expected FIRST:COUNT, such as 0:{TRACED}, COUNT 1 to {MOST_TRACED}"
+        )
+    return int(first), int(count)
 
 
 def _place(text: str) -> str:

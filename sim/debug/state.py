@@ -34,7 +34,9 @@ def configuration_of(word: int, stream: int) -> str:
     words_log2 = CORE_MAP.registers["STREAM"].fields["words_log2"].of(stream)
     words = 1 << words_log2 if words_log2 else 0
     known = default_isa().configurations.values()
-    found = (c for c in known if (len(c.slots), c.fma_pipes, c.stream_words) == (*shape, words))
+    lanes = CORE_MAP.registers["STREAM"].fields["lanes"].of(stream)
+    wanted = (*shape, words, lanes)
+    found = (c for c in known if (len(c.slots), c.fma_pipes, c.stream_words, c.lanes) == wanted)
     return next((c.name for c in found), "unknown")
 
 

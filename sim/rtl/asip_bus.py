@@ -36,11 +36,15 @@ def load_words(image: Image) -> Iterator[tuple[int, int]]:
     for address, bits in enumerate(image.data):
         yield BLOCK["data"] + address, int(bits, 16)
     for pipe, pin in enumerate(STREAM_PINS):
-        for address, word in enumerate(image.stream(pin)):
-            page, offset = divmod(pipe << STREAM_BITS | address, REGMAP.blocks["streams"].words)
-            if not offset:
-                yield CSR["STREAM"], REGMAP.registers["STREAM"].word(page=page)
-            yield BLOCK["streams"] + offset, word
+        vectors = any(block.lanes for block in image.streams if block.pin == pin)
+        lanes = default_isa().configurations[image.configuration].lanes if vectors else 0
+        for lane in range(1 + lanes):
+            first = (lane << 1 | pipe) << STREAM_BITS
+            for address, word in enumerate(image.stream(pin, lane)):
+                page, offset = divmod(first + address, REGMAP.blocks["streams"].words)
+                if not offset:
+                    yield CSR["STREAM"], REGMAP.registers["STREAM"].word(page=page)
+                yield BLOCK["streams"] + offset, word
     for output in image.outputs:
         yield BLOCK["safe"] + output.index, int(output.safe, 16)
     for state in image.states:

@@ -150,10 +150,18 @@ class MotionRtl(Verilated):
 
     def read(self, register: str, offset: int = 0) -> int:
         """Read a register by name, or the one `offset` behind it."""
-        word = self._word("read", REGMAP.address(register) + offset)
+        return self.load(REGMAP.address(register) + offset)
+
+    def load(self, address: int) -> int:
+        """Read the word at an address."""
+        word = self._word("read", address)
         if word is None:
-            raise MotionError(f"read of {register} was never answered")
+            raise MotionError(f"read of word {address:#x} was never answered")
         return word
+
+    def store(self, address: int, value: int) -> None:
+        """Write the word at an address."""
+        self._call("write", address, value)
 
     def position(self, axis: int) -> int:
         """Steps sent by an axis since reset, if it is read at least once in 2^31 steps."""

@@ -5,11 +5,18 @@
 #include <string>
 
 #include "Vn2_system.h"
+#include "Vn2_system___024root.h"
 #include "bench.h"
 
 namespace {
 
 constexpr uint32_t kBreak1 = 0x003DA07A;
+
+// An instruction that left stage A, with the first cycle of each stage; the same layout in nios_rtl.py.
+struct Step {
+  uint64_t decode, execute, memory, align, end;
+  uint32_t pc, word, value, flags;  // flags: 1 value goes to register flags >> 8, 2 an exception
+};
 
 struct Nios : Bench<Nios, Vn2_system> {
   std::string console;
@@ -29,6 +36,12 @@ struct Nios : Bench<Nios, Vn2_system> {
   uint32_t code_base = 0;
   uint64_t last_record = 0;
   std::vector<uint64_t> spent, completed;
+  // Trace: the instructions after the first `skipped`, at most `room` of them.
+  uint64_t skipped = 0, room = 0;
+  bool decoding = false;  // `in_d` is the first cycle of the instruction in D
+  uint64_t in_d = 0;
+  Step in_e{}, in_m{}, in_a{}, leaving{};
+  std::vector<Step> steps;
 
   Nios() {
     top->run_i = 0;
@@ -49,6 +62,7 @@ struct Nios : Bench<Nios, Vn2_system> {
       exit_status = top->exit_status_o;
     }
     if (top->trace_valid_o) retire();
+    if (room) follow();
     // Instructions of a debugger write registers too, and are not valid in the trace.
     if (top->trace_write_o && (top->trace_valid_o || top->debug_halted_o)) {
       registers[top->trace_dst_o] = top->trace_value_o;
@@ -66,6 +80,41 @@ struct Nios : Bench<Nios, Vn2_system> {
       exit_status = r5;
     }
     if (profiling) record();
+    if (room) trace();
+  }
+
+  // Moves the first cycles along with their instructions, in the cycle before the edge.
+  void follow() {
+    const auto* core = top->rootp;
+    if (core->n2_system__DOT__u_core__DOT__valid_d && !decoding) {
+      decoding = true;
+      in_d = clocks;
+    }
+    if (!core->n2_system__DOT__u_core__DOT__en) return;
+    leaving = in_a;
+    leaving.end = clocks + 1;
+    in_a = in_m;
+    in_a.align = clocks + 1;
+    in_m = in_e;
+    in_m.memory = clocks + 1;
+    in_e.decode = in_d;
+    in_e.execute = clocks + 1;
+    const bool issue = core->n2_system__DOT__u_core__DOT__issue_d;
+    const bool lost = core->n2_system__DOT__u_core__DOT__jump_e || core->n2_system__DOT__u_core__DOT__redirect_m_q;
+    if (issue || lost) decoding = false;
+  }
+
+  // The record of an instruction comes in the cycle after it has left A.
+  void trace() {
+    if (skipped) {
+      --skipped;
+    } else if (steps.size() < room) {
+      leaving.pc = top->trace_pc_o;
+      leaving.word = top->trace_instruction_o;
+      leaving.value = top->trace_value_o;
+      leaving.flags = top->trace_write_o | top->trace_exception_o << 1 | top->trace_dst_o << 8;
+      steps.push_back(leaving);
+    }
   }
 
   void guard() {
@@ -247,6 +296,22 @@ void nios_profile_read(void* handle, uint64_t* spent, uint64_t* completed) {
   auto* nios = static_cast<Nios*>(handle);
   std::memcpy(spent, nios->spent.data(), nios->spent.size() * sizeof(uint64_t));
   std::memcpy(completed, nios->completed.data(), nios->completed.size() * sizeof(uint64_t));
+}
+
+// Starts a trace of `n` instructions after the first `skip`.
+void nios_trace(void* handle, uint64_t skip, uint64_t n) {
+  auto* nios = static_cast<Nios*>(handle);
+  nios->skipped = skip;
+  nios->room = n;
+  nios->decoding = false;
+  nios->steps.clear();
+}
+
+// Number of instructions in the trace, which fill `steps` unless that is null.
+uint64_t nios_traced(void* handle, Step* steps) {
+  const auto& found = static_cast<Nios*>(handle)->steps;
+  if (steps) std::memcpy(steps, found.data(), found.size() * sizeof(Step));
+  return found.size();
 }
 
 // Runs `ticks` control ticks: `inputs` words to input_base, a tick, wait for its end, `outputs` words from

@@ -18,8 +18,14 @@ from sim.rtl.nios_map import default_system_map
 from sim.rtl.verilated import Verilated
 
 HARNESS = Path(__file__).with_name("nios_harness.cpp")
+STAGES = HARNESS.with_name("nios_stages.vlt")
 FILES = "nios/n2_system.f"
 PLATFORMS = {"fpga1": 1, "fpga2": 2}
+# An instruction of a trace: its first cycle in each stage, and the first cycle after the last one.
+STEP = np.dtype(
+    [(name, np.uint64) for name in ("decode", "execute", "memory", "align", "end")]
+    + [(name, np.uint32) for name in ("pc", "word", "value", "flags")]
+)
 TICK_LIMIT = 1_000_000  # cycles; a tick that takes longer never ends
 
 
@@ -49,7 +55,7 @@ class NiosRtl(Verilated):
     def __init__(self, platform: str, debug: bool = False) -> None:
         library = build_library(
             "n2_system",
-            file_list(FILES),
+            [STAGES, *file_list(FILES)],
             HARNESS,
             {"Platform": PLATFORMS[platform], "Trace": 1, **({"Debug": 1} if debug else {})},
         )
@@ -78,6 +84,8 @@ class NiosRtl(Verilated):
             "stray": (integer, pointer),
             "profile": (None, u32, u32, u32),
             "profile_read": (None, pointer, pointer),
+            "trace": (None, u64, u64),
+            "traced": (u64, pointer),
             "ticks": (u32, u32, *words, *words, pointer, u32, pointer, pointer, u64),
         }
         super().__init__(library, signatures)
@@ -264,3 +272,14 @@ class NiosRtl(Verilated):
         spent, completed = np.zeros(words, np.uint64), np.zeros(words, np.uint64)
         self._call("profile_read", spent.ctypes.data, completed.ctypes.data)
         return spent, completed
+
+    # ------------------------------------------------------------------ trace
+    def trace(self, count: int, skip: int = 0) -> None:
+        """Start a trace of `count` instructions, after the next `skip`; 0 ends one."""
+        self._call("trace", skip, count)
+
+    def traced(self) -> NDArray[np.void]:
+        """The instructions of the trace in the order in which they left the pipeline, as STEP."""
+        steps = np.zeros(self._call("traced", None), STEP)
+        self._call("traced", steps.ctypes.data)
+        return steps

@@ -56,7 +56,8 @@ CORNERS = tuple(int(word, 16) for word in CORNER_WORDS.split())
 
 def core(configuration: str) -> AsipRtl:
     """The one core of a configuration; every run of the bench loads all that it needs."""
-    return resilient_bench.stream_core() if configuration == "stream" else _core(configuration)
+    streams = ISA.configurations[configuration].stream_words
+    return resilient_bench.stream_core(configuration) if streams else _core(configuration)
 
 
 @functools.cache
@@ -79,7 +80,11 @@ def register(name: str) -> Register:
 
 
 def op(
-    mnemonic: str, *operands: str, imm: int | None = None, target: str | None = None
+    mnemonic: str,
+    *operands: str,
+    imm: int | None = None,
+    target: str | None = None,
+    pipe: int | None = None,
 ) -> Operation:
     """Operation with operands in assembly order; 'o3' as the destination is an output.
 
@@ -88,7 +93,7 @@ def op(
     record = ISA.operations[mnemonic]
     names = [name for name in record.operands if name in ("dst", "a", "b", "c")]
     names += ["b"] if "address" in record.operands else []
-    result = Operation(mnemonic, imm=imm, target=target)
+    result = Operation(mnemonic, imm=imm, target=target, lanes_of=pipe)
     for name, operand in zip(names, operands, strict=True):
         if name == "dst" and operand[0] == "o":
             result.dst = Output(int(operand[1:]))
@@ -99,7 +104,7 @@ def op(
 
 def is_fma(mnemonic: str) -> bool:
     """Whether the operation stands in a multiply-add pipe."""
-    return ISA.operations[mnemonic].unit == "fma"
+    return ISA.unit_of(mnemonic).bank == "pipe"
 
 
 def bundle(configuration: str, *operations: Operation) -> Bundle:

@@ -41,6 +41,6 @@ def core() -> ResilientRtl:
 
 
 @functools.cache
-def stream_core() -> CopyRtl:
-    """The one core with streams; every test loads all that it needs."""
-    return CopyRtl("stream")
+def stream_core(configuration: str) -> CopyRtl:
+    """The one core of a configuration with streams; every test loads all that it needs."""
+    return CopyRtl(configuration)

@@ -126,7 +126,7 @@ def test_illegal__every_unassigned_opcode__stops_before_the_bundle(configuration
 def test_illegal__operation_in_a_slot_without_its_unit__stops_before_the_bundle(slot):
     aux = slot == 2
     for mnemonic, record in ISA.operations.items():
-        if mnemonic != "nop" and (record.unit == "fma") == aux:
+        if mnemonic != "nop" and (ISA.units[record.unit].bank == "pipe") == aux:
             check_illegal(
                 "fast", word_bundle("fast", companions("fast", slot) | {slot: fields(mnemonic)})
             )

@@ -179,5 +179,5 @@ def test_assembled_source__linear__words_and_flags_of_the_model(configuration, o
 
 
 def test_every_operation_is_tested_here():
-    elsewhere = {"nop", "jmp", "bz", "bnz", "st", "ld", "seek", "loop"}
+    elsewhere = {"nop", "jmp", "bz", "bnz", "st", "ld", "seek", "loop", "vfmul", "vfmadd", "vout"}
     assert set(WRITING) | elsewhere == set(ISA.operations)

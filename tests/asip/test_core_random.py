@@ -27,7 +27,7 @@ FMA = [name for name, record in ISA.operations.items() if record.unit == "fma"]
 AUX = [
     name
     for name, record in ISA.operations.items()
-    if record.writes and record.unit != "fma" and name != "ld"
+    if record.writes and ISA.units[record.unit].bank != "pipe" and name != "ld"
 ]
 # Operations whose result is finite whatever they read, as outputs must be.
 FINITE = ("feq", "flt", "fle", "i2f")
@@ -52,6 +52,7 @@ class Writer:
     def __post_init__(self) -> None:
         self.sought: tuple[str, int] | None = None
         self.depth = 0
+        self.vectors: dict[str, set[str]] = {"a": set(), "b": set()}  # registers written as such
         self.registers = self.rng.choice(REGISTERS)
 
     def text(self) -> str:
@@ -69,6 +70,11 @@ class Writer:
         head += [f".output out{i}, safe = {i}.5" for i in range(self.outputs)]
         words = ", ".join(f"0x{self.finite():08x}" for _ in range(DATA_WORDS))
         head += [f".data : int = {words}"]
+        if self.configuration == "wide":
+            for pin in STREAM_PINS:
+                count = STREAM_WORDS * ISA.lanes_of_a_vector
+                values = ", ".join(f"0f{self.finite():08x}" for _ in range(count))
+                head += [f".vectors s{pin}, pin {pin} = {values}"]
         if self.configuration == "stream":
             for pin in STREAM_PINS:
                 values = ", ".join(f"0f{self.finite():08x}" for _ in range(STREAM_WORDS))
@@ -101,7 +107,25 @@ class Writer:
             names[2] = self.source()  # two constants may be crossed, which is an error
         return names
 
+    def vector(self, bank: str) -> str:
+        """A vector operation, or one that takes a lane of a register with a vector."""
+        known, dst = sorted(self.vectors[bank]), f"{bank}{self.rng.randrange(self.registers)}"
+        pin = bank.upper()
+        if known and self.rng.random() < 0.5:
+            lane = self.rng.randrange(ISA.lanes_of_a_vector)
+            return f"vout {dst}, {self.source()}, {self.rng.choice(known)}, {lane}"
+        if self.places.get(pin, STREAM_WORDS) == STREAM_WORDS:
+            return self.line("fmul", dst)
+        self.places[pin] += 1
+        addend = self.rng.choice([*known, "zero"])
+        self.vectors[bank].add(dst)
+        if self.rng.random() < 0.3:
+            return f"vfmul {dst}, {pin}+, {self.source()}"
+        return f"vfmadd {dst}, {pin}+, {self.source()}, {addend}"
+
     def fma(self, bank: str) -> str:
+        if self.configuration == "wide" and self.rng.random() < 0.5:
+            return self.vector(bank)
         mnemonic = self.rng.choice(FMA)
         line = self.line(mnemonic, f"{bank}{self.rng.randrange(self.registers)}")
         pin = bank.upper()
@@ -121,7 +145,7 @@ class Writer:
         return f"{self.rng.randrange(DATA_WORDS - 4)}{index}"
 
     def aux(self) -> str:
-        if self.configuration == "stream" and self.rng.random() < 0.15:
+        if self.configuration in ("stream", "wide") and self.rng.random() < 0.15:
             return self.seek()
         kind = self.rng.random()
         dst = f"c{self.rng.randrange(self.registers)}"

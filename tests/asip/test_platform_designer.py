@@ -98,6 +98,7 @@ def test_parameters__those_of_the_module_with_the_isa_s_limits(module):
         "Plausible": 1,
         "StreamWords": 0,
         "Loops": 0,
+        "Lanes": 0,
     }
     generics = {
         words[0] for words in component.of("set_parameter_property") if words[1] == "HDL_PARAMETER"

@@ -210,4 +210,4 @@ def test_functions__each_with_its_own_words():
 def test_matrix_product__announced_cycles_bits_of_the_model_and_error_within_its_bound():
     found = list(rows(full=False))
     assert [goal.name for goal in found if goal.met is False] == []
-    assert len(found) == 4
+    assert len(found) == 12

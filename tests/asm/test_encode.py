@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from asip_asm.disassemble import DecodeError, decode_bundle, decode_operation, operation_text
 from asip_asm.encode import EncodeError, encode_bundle, encode_operation
-from asip_asm.ir import Bundle, Operation, Output, Register, Virtual
+from asip_asm.ir import ZERO, Bundle, Operation, Output, Register, Virtual
 from asip_asm.isa import default_isa
 
 ISA = default_isa()
@@ -62,6 +62,10 @@ HAND = [
         Operation("fmadd", reg("b1"), reg("s1"), reg("k2"), reg("b1")),
         "010000 0000001 110000001 100000010 010000001",
     ),
+    (
+        Operation("vout", reg("a1"), reg("k2"), c=reg("a3"), imm=3),
+        "011001 0000001 100000010 000000011 001000011",
+    ),
     (Operation("nop"), "000001 0000000 000000000 000000000 000000000"),
 ]
 
@@ -96,7 +100,7 @@ def test_operation__symbolic_register__is_refused() -> None:
 @given(st.integers(0, (1 << 40) - 1), st.integers(0, 2))
 def test_word__decodes_to_an_operation_of_the_same_word_or_is_refused(word: int, slot: int) -> None:
     try:
-        operation = decode_operation(word, slot, "stream", ISA)
+        operation = decode_operation(word, slot, "wide", ISA)
     except DecodeError:
         return
     operation.target = "there"
@@ -110,19 +114,25 @@ def test_every_operation__legal_fields__decode_and_encode_to_the_same_word(recor
     operation = Operation(record.name)
     for i, name in enumerate(record.sources):
         setattr(operation, name, Register("ABCK"[i], 10 + i))
+    if record.unit == "lanes":
+        operation.a, operation.c, operation.imm = Register("S", 0), Register("A", 12), 2
+        if "lane" in record.operands:
+            operation.a = Register("B", 10)
+        if "c" not in record.operands:
+            operation.c = ZERO
     if record.writes:
         operation.dst = Register("A" if slot == 0 else "C", 33)
     if record.immediate_high:
         operation.imm, operation.target = 777, "there"
     word = encode_operation(operation, ISA, {"there": 777})
-    decoded = decode_operation(word, slot, "stream", ISA)
+    decoded = decode_operation(word, slot, "wide", ISA)
     assert operation_text(decoded, ISA, {777: "there"}) == operation_text(
         operation, ISA, {777: "there"}
     )
     for bit in range(40):
         flipped = word ^ 1 << bit
         try:
-            other = decode_operation(flipped, slot, "stream", ISA)
+            other = decode_operation(flipped, slot, "wide", ISA)
         except DecodeError:
             continue
         other.target = "there"

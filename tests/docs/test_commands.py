@@ -36,6 +36,7 @@ NOT_RUN = {
     "make test": "is what runs this",
     ".venv/bin/microtick motion": "minutes",
     ".venv/bin/microtick linuxcnc": "minutes: tests/ethercat/test_linuxcnc.py",
+    ".venv/bin/python -m sim.bus.linuxcnc.steps": "tests/motion_rtl/test_linuxcnc_steps.py",
     "scripts/debian_tool.sh": "installs packages",
     ".venv/bin/pytest": "tests/docs/test_debugging.py runs it",
     ".venv/bin/microtick dual": "minutes",

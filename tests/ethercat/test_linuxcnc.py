@@ -35,6 +35,8 @@ G21 G90 G64 P0.01 G17
 F2000
 G1 X2 Y1
 G2 X4 Y1 I1 J0
+(MSG, half way)
+M0
 G1 Z601 A2 C5
 M2
 """
@@ -217,7 +219,8 @@ def test_wrong__names_what_is_not_as_it_should_be():
     assert wrong(good, "") == []
     assert wrong(good, "cable") == ["LinuxCNC is on after the fault 'cable'"]
     assert wrong(good | {"lost": 2}, "") == ["2 servo periods were lost"]
-    assert wrong(good | {"ended": "ESTOP", "messages": ["a"]}, "") == ["LinuxCNC ended in ESTOP: a"]
+    assert wrong(good | {"messages": ["a"]}, "") == ["LinuxCNC: a"]
+    assert wrong(good | {"ended": "ESTOP"}, "") == ["LinuxCNC left the state ON, it is in ESTOP"]
 
 
 def test_command__refuses_what_it_cannot_do(tmp_path, capsys, monkeypatch):
@@ -248,7 +251,16 @@ def test_linuxcnc__plays_a_program_to_its_end(tmp_path, program):
     assert 300 < report["periods"] < 2000
     assert report["statuswords"] == [0x0231] * 5  # ready to switch on, remote: switched off again
     events = [line["event"] for line in run.events if line["event"] != "line"]
-    assert events == ["enabled", "homed", "begin", "over", "rest", "end"]
+    assert [e for e in events if e != "note"] == [
+        "enabled",
+        "homed",
+        "begin",
+        "over",
+        "rest",
+        "end",
+    ]
+    notes = [line["text"] for line in run.events if line["event"] == "note"]
+    assert "half way" in notes and any("resumed" in text for text in notes), notes
 
 
 def rows_of_page() -> dict[str, list[str]]:

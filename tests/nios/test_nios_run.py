@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import functools
+import json
 import re
 import signal
 import subprocess
@@ -23,6 +24,7 @@ from sim.debug.nios_run import (
 from sim.rtl.n2_lockstep_program import LabelledWords
 from sim.rtl.nios_image import IMAGES
 from sim.rtl.nios_rtl import NiosRtl
+from tests.bench.konata import KonataReader
 from tests.bench.seed import SEED
 from tests.fuzz import nios as fuzz
 from tests.fuzz.engine import run_campaign
@@ -84,6 +86,92 @@ def test_profile_names_functions_and_kinds_of_instructions(capfd):
     out, err = capfd.readouterr()
     assert out == ""
     assert "by function" in err and "quick" in err and "branches" in err
+
+
+def traced(name, count, tmp_path):
+    """Files of a trace of a committed program."""
+    log, times = tmp_path / "log.konata", tmp_path / "times.json"
+    files = ["--konata", str(log), "--timeline", str(times), "--trace", f"0:{count}"]
+    main([*files, str(IMAGES / name)])
+    return log.read_text(), json.loads(times.read_text())["traceEvents"]
+
+
+def test_konata_shows_each_instruction_in_each_stage_and_waits_where_it_waits(tmp_path, capfd):
+    elf = tmp_path / "divide.elf"
+    program = LabelledWords()
+    program.li(2, 84)
+    program.li(3, 2)
+    program.emit("div", 4, 2, 3)
+    program.emit("add", 5, 4, 4)
+    write(elf, printing("", 0, program))
+    log, times = tmp_path / "log.konata", tmp_path / "times.json"
+    main(["--konata", str(log), "--timeline", str(times), str(elf)])
+    reader = KonataReader(log.read_text())
+    assert reader.orders == list(range(len(reader.retired)))
+    number = next(n for n, texts in reader.labels.items() if "div r4, r2, r3" in texts[0])
+    after = next(n for n, texts in reader.labels.items() if "add r5, r4, r4" in texts[0])
+    assert "r5 = 00000054" in reader.labels[after][1]
+    for stages in reader.stages.values():
+        assert [name for name, *_ in stages] == list("DEMA")
+        assert [end for *_, end in stages[:-1]] == [start for _, start, _ in stages[1:]]
+    long = {name: end - start for name, start, end in reader.stages[number]}
+    assert (long["E"], long["M"]) == (1, 1) and long["A"] > 10
+    # The sum waits in D until the quotient is in A, and executes right after it.
+    decode, execute, *_ = reader.stages[after]
+    assert decode[1] == reader.stages[number][1][1]
+    assert execute[1] == reader.stages[number][3][2]
+
+
+def test_konata_counts_the_cycles_of_the_program(tmp_path, capfd):
+    log, _ = traced("tests/sort_quick.elf", 10_000_000, tmp_path)
+    reader = KonataReader(log)
+    said = capfd.readouterr().err
+    cycles, instructions = map(int, re.search(r"(\d+) cycles .* (\d+) instr", said).groups())
+    stopped = [n for n, texts in reader.labels.items() if texts[1].endswith("exception")]
+    assert len(reader.retired) - len(stopped) == instructions and len(stopped) == 1  # `break`
+    ends = sorted(reader.retired.values())
+    assert len(set(ends)) == len(ends) and 0 < cycles - (ends[-1] - min(
+        stages[0][1] for stages in reader.stages.values())) < 20  # fmt: skip
+
+
+def test_timeline_opens_and_closes_each_function_in_its_caller(tmp_path, capfd):
+    _, events = traced("tests/sort_quick.elf", 1_000_000, tmp_path)
+    open_, names, last = [], set(), 0.0
+    for event in events:
+        assert event["ts"] >= last
+        last = event["ts"]
+        names.add(event["name"])
+        if event["ph"] == "B":
+            open_.append(event["name"])
+        else:
+            assert open_.pop() == event["name"]
+    assert not open_ and {"main", "qsort", "by_digits"} <= names
+    assert {"by_digits", "ascending"} & {name for name in inside(events, "qsort")}
+
+
+def inside(events, name):
+    """Functions that began while `name` was open."""
+    open_ = 0
+    for event in events:
+        if event["name"] == name:
+            open_ += 1 if event["ph"] == "B" else -1
+        elif open_ and event["ph"] == "B":
+            yield event["name"]
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--trace", "0:5"], "--trace: needs --konata FILE or --timeline FILE"),
+        (["--konata", "k", "--trace", "5"], "'5': expected FIRST:COUNT"),
+        (["--konata", "k", "--trace", "0:0"], "COUNT 1 to 10000000"),
+        (["--timeline", "t", "--gdb", ":0"], "--konata, --timeline: not with --gdb"),
+    ],
+)
+def test_trace_options_that_cannot_be_are_refused(options, said, capfd):
+    with pytest.raises(SystemExit) as ended:
+        main([*options, str(SORT)])
+    assert ended.value.code == 2 and said in capfd.readouterr().err
 
 
 def not_about_the_build(text: bytes) -> list[str]:

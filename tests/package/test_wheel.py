@@ -64,12 +64,13 @@ for name in verbs.verbs(verbs.offered()):
     found[name] = status, said.getvalue()
 print(json.dumps(found))
 """
-NEED_AN_EXTRA = {"model", "cocotb", "linuxcnc", "robots", "side-by-side"}
+NEED_AN_EXTRA = {"model", "mpc", "cocotb", "linuxcnc", "robots", "side-by-side"}
 OF_THE_EXTRA = (
     *("microtick.asip_asm.model.", "microtick.sim.laws."),
     *("microtick.sim.bench.platforms.", "microtick.sim.bench.shown_robots."),
     *("microtick.sim.bench.drive.", "microtick.sim.bench.certificate_goals"),
     *("microtick.sim.bench.best_goals", "microtick.sim.bench.matrix_law_goals"),
+    "microtick.sim.bench.stream_law_goals",
 )
 OF_THE_BUS = [  # the extra `bus`
     f"microtick.sim.bus.{module}"
@@ -309,8 +310,9 @@ def test_your_robot__word_for_word_with_the_wheel(
     environment = with_model.environment | {"HOME": str(tmp_path)}
     environment["PATH"] = f"{with_model.commands}:{environment['PATH']}"
     said = output("sh", "-e", "page.sh", cwd=work, env=environment, timeout=900)
-    assert said.count("bits equal the interpreter's") == 8
-    assert len(re.findall("^proved$", said, re.M)) == 6
+    assert said.count("bits equal the interpreter's") == 9
+    assert "200 ticks: bits equal the exact interpreter's" in said  # microtick mpc
+    assert len(re.findall("^proved$", said, re.M)) == 8
     assert "200 ticks of 2 functions in turn" in said
     assert "closed loop: 1000 ticks" in said
     on_core, in_c, _ = re.findall(r"^(?!.* N m ) *torque +=? *([-+0-9.e]+)", said, re.M)

@@ -8,7 +8,7 @@
 
 LinuxCNC's servo thread, in lockstep with the simulation, hands its targets to pysoem on a TAP
 device. Slave controller, drives and law are RTL, every clock of them; the robot is the plant of the
-main job. It takes about a minute for each second of the path, and more on a busy machine.
+main job. A second of the path takes three to four minutes of a free core.
 """
 
 from __future__ import annotations
@@ -133,8 +133,10 @@ def wrong(report: dict[str, Any], fault: str) -> list[str]:
         found.append(f"{report['lost']} servo periods were lost")
     if report["following_faults"]:
         found.append(f"{report['following_faults']} faults by following errors")
-    if not fault and (report["ended"] != "ON" or report["messages"]):
-        found.append(f"LinuxCNC ended in {report['ended']}: {'; '.join(report['messages'])}")
+    if not fault and report["ended"] != "ON":
+        found.append(f"LinuxCNC left the state ON, it is in {report['ended']}")
+    if not fault:
+        found += [f"LinuxCNC: {text}" for text in report["messages"]]
     if fault and report["ended"] == "ON":
         found.append(f"LinuxCNC is on after the fault '{fault}'")
     return found

@@ -19,11 +19,11 @@ from typing import Any, TextIO
 from asip_asm.files import write_text
 from sim.bus.linuxcnc.link import FROM_MASTER, TO_MASTER
 from sim.robot.parameters import Robot
+from sim.rtl.gen.motion_regmap import REGMAP
 
 HERE = Path(__file__).parent
 MODULES = Path("/usr/lib/linuxcnc/modules")
-COMPONENT = "microtick_bus"
-FILES = ("microtick.hal", "screen.py")
+BUS, STEPS = "microtick_bus", "microtick_steps"  # components
 PROGRAM = "program.ngc"
 MM, DEGREE = 1e3, 180 / math.pi
 TABLE_AXES = 3  # index of the first one
@@ -123,32 +123,53 @@ def ini(robot: Robot) -> str:
     return text
 
 
-def compile_component(folder: Path) -> Path:
-    """The component for LinuxCNC's servo thread. Raises LinuxcncError with the compiler's words."""
-    shutil.copy(HERE / f"{COMPONENT}.comp", folder)
+def compile_component(folder: Path, name: str) -> Path:
+    """A component for LinuxCNC's servo thread. Raises LinuxcncError with the compiler's words."""
+    shutil.copy(HERE / f"{name}.comp", folder)
+    lines = [f"#define MOTION_REG_{name} {REGMAP.address(name)}u" for name in REGMAP.registers]
+    write_text(folder / "motion_regmap.h", "\n".join(lines) + "\n")
+    command = ["halcompile", "--compile", f"{name}.comp"]
     job = subprocess.run(
-        ["halcompile", "--compile", f"{COMPONENT}.comp"], cwd=folder, capture_output=True, text=True
+        command,
+        cwd=folder,
+        env={**os.environ, "EXTRA_CFLAGS": f"-I{folder}"},
+        capture_output=True,
+        text=True,
     )
     if job.returncode:
         raise LinuxcncError(f"halcompile: {(job.stderr or job.stdout).strip()}")
-    return folder / f"{COMPONENT}.so"
+    return folder / f"{name}.so"
 
 
 def prepare(
-    folder: Path, robot: Robot, program: Path, periods: int, fault: str, fault_after: int
+    folder: Path,
+    robot: Robot,
+    program: Path,
+    periods: int = 0,
+    fault: str = "",
+    fault_after: int = 0,
+    component: str = BUS,
 ) -> None:
     """Fill an empty folder. periods: after which the program is cut, 0: never; fault: one of
-    `run.FAULTS` or empty, so many servo periods after the program's begin."""
+    `FAULTS` of the command or empty, so many servo periods after the program's begin; component:
+    BUS or STEPS, with the HAL file of its name."""
     shutil.copytree(MODULES, folder / "modules")
-    shutil.move(compile_component(folder), folder / "modules")
-    for name in FILES:
-        shutil.copy(HERE / name, folder)
+    shutil.move(compile_component(folder, component), folder / "modules")
+    shutil.copy(HERE / "screen.py", folder)
+    shutil.copy(HERE / f"{component}.hal", folder / "microtick.hal")
     (folder / "screen.py").chmod(0o755)
     write_text(folder / "microtick.ini", ini(robot))
     for name in ("microtick.var", "tool.tbl"):
         (folder / name).touch()
     shutil.copyfile(program, folder / PROGRAM)
-    task = {"program": PROGRAM, "periods": periods, "fault": fault, "fault_after": fault_after}
+    task = {
+        "program": PROGRAM,
+        "periods": periods,
+        "fault": fault,
+        "fault_after": fault_after,
+        "pins": f"{component.replace('_', '-')}.0.",
+        "drives_home": component == BUS,
+    }
     write_text(folder / "task.json", json.dumps(task))
     for name in (TO_MASTER, FROM_MASTER):
         os.mkfifo(folder / name, 0o600)

@@ -6,6 +6,7 @@ One request and one answer in each servo period, in the order of bytes of the ma
 
 from __future__ import annotations
 
+import io
 import struct
 from dataclasses import dataclass
 
@@ -43,3 +44,11 @@ def answer(
 ) -> bytes:
     """To the pipe. faults: bit n of axis n; position: mm, degrees."""
     return ANSWER.pack(number, flags, lost, faults, *errors, 0, *position)
+
+
+def receive(pipe: io.RawIOBase, size: int) -> bytes:
+    """So many bytes; fewer when the other side is gone."""
+    data = b""
+    while len(data) < size and (more := pipe.read(size - len(data))):
+        data += more
+    return data

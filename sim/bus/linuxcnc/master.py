@@ -9,7 +9,6 @@ by CiA 402, homes them by method 37, and hands faults on. `log` takes a record f
 
 from __future__ import annotations
 
-import io
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -32,6 +31,7 @@ from sim.bus.linuxcnc.link import (
     TO_MASTER,
     Request,
     answer,
+    receive,
 )
 from sim.bus.machine import increments
 from sim.bus.session import (
@@ -164,14 +164,6 @@ def set_up(device: Device, pose: Sequence[float]) -> list[tuple[int, bytes]]:
         found.append((HOME_OFFSET + AXIS_STEP * axis, offset))
         found.append((HOMING_METHOD + AXIS_STEP * axis, bytes([METHOD_37])))
     return found
-
-
-def receive(pipe: io.RawIOBase, size: int) -> bytes:
-    """So many bytes; fewer when the other side is gone."""
-    data = b""
-    while len(data) < size and (more := pipe.read(size - len(data))):
-        data += more
-    return data
 
 
 def serve(exchange: Callable[[bytes, int], bytes | None], device: Device, folder: Path) -> None:

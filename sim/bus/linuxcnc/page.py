@@ -67,7 +67,7 @@ def write(file: Path, report: Mapping[str, Any], run: Run) -> None:
     page.section(
         "LinuxCNC's targets", "One in each servo period of 1 ms, and what it sees of them."
     )
-    log = run.log
+    log = run.log[run.frames()[0] :]
     seconds = np.arange(len(log)) / 1000
     units = np.array([MM] * TABLE_AXES + [DEGREE] * (len(AXES) - TABLE_AXES))
     target, away = log["target"] * units, (log["target"] - log["position"]) * units
@@ -77,6 +77,6 @@ def write(file: Path, report: Mapping[str, Any], run: Run) -> None:
         for axes, unit in groups:
             curves = dict(zip(AXES[axes], values.T[axes], strict=True))
             rows.append((f"{what} [{unit}]", curves))
-    page.figure(panels(seconds, rows), "From the start of LinuxCNC's servo thread on.")
+    page.figure(panels(seconds, rows), "From the begin of the program until LinuxCNC is off.")
     path_page.show(page, run.curves(), "LinuxCNC's targets, interpolated to 10 kHz by the device.")
     page.write(file)

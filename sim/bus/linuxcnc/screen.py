@@ -15,10 +15,9 @@ from pathlib import Path
 from typing import Any
 
 POLL_S = 0.02
-START_PERIODS = 200  # after the order to run, within which a program begins
+START_PERIODS = 1000  # after the order to run, within which a program begins
 LAST_POLLS = 50
 SETTLE_PERIODS = {False: 40, True: 150}  # after the program; after a fault
-BUS = "microtick-bus.0."
 
 
 class Screen:
@@ -27,12 +26,14 @@ class Screen:
     def __init__(self, cnc: Any, hal: Any, log: Path, task: dict[str, Any]) -> None:
         self.cnc, self.hal, self.log, self.task = cnc, hal, log, task
         self.command, self.status, self.errors = cnc.command(), cnc.stat(), cnc.error_channel()
+        self.pins = task["pins"]
         self.panel = hal.component("panel")
         self.panel.newpin("home", hal.HAL_BIT, hal.HAL_OUT)
         self.panel.ready()
-        hal.new_sig("home-drives", hal.HAL_BIT)
-        hal.connect("panel.home", "home-drives")
-        hal.connect(BUS + "home", "home-drives")
+        if task["drives_home"]:
+            hal.new_sig("home-drives", hal.HAL_BIT)
+            hal.connect("panel.home", "home-drives")
+            hal.connect(self.pins + "home", "home-drives")
 
     def say(self, event: str, **values: Any) -> None:
         """A line to the log, with the state that LinuxCNC is in."""
@@ -55,12 +56,13 @@ class Screen:
 
     def pin(self, name: str) -> Any:
         """Value of a pin of the component."""
-        return self.hal.get_value(BUS + name)
+        return self.hal.get_value(self.pins + name)
 
     def messages(self) -> None:
-        """What LinuxCNC tells its operator."""
+        """What LinuxCNC tells its operator: errors, and texts of the program."""
+        wrong = (self.cnc.NML_ERROR, self.cnc.OPERATOR_ERROR)
         while found := self.errors.poll():
-            self.say("message", text=found[1].strip())
+            self.say("message" if found[0] in wrong else "note", text=found[1].strip())
 
     def clock(self) -> int:
         """Servo periods, those without an answer too."""
@@ -89,10 +91,11 @@ class Screen:
         self.state(cnc.STATE_ON, "machine on")
         self.until("drives enabled", lambda: self.pin("enabled"))
         self.say("enabled")
-        self.panel["home"] = True
-        self.until("drives homed", lambda: self.pin("homed"))
-        self.panel["home"] = False
-        self.until("drives enabled", lambda: self.pin("enabled"))
+        if self.task["drives_home"]:
+            self.panel["home"] = True
+            self.until("drives homed", lambda: self.pin("homed"))
+            self.panel["home"] = False
+            self.until("drives enabled", lambda: self.pin("enabled"))
         self.command.home(-1)
         self.until("joints homed", lambda: all(self.status.homed[:5]))
         self.say("homed")
@@ -124,6 +127,12 @@ class Screen:
                 else:
                     Path("fault_now").touch()
                 fault = ""
+            if self.status.task_paused:
+                self.say(
+                    "note", text=f"the program stops at line {self.status.motion_line}, resumed"
+                )
+                self.command.auto(cnc.AUTO_RESUME)
+                self.until("the program goes on", lambda: not self.status.task_paused)
             if most and passed >= most:
                 self.say("cut")
                 self.command.abort()

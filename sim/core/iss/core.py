@@ -77,6 +77,7 @@ class _Step:
     seek: int | None  # {pipe, address}
     loop: tuple[int, int] | None  # level, rounds after the first one
     ends: tuple[int, ...]  # levels of loops marked, from inside
+    lanes: list[Callable[[], None]]  # compute what vectors write in further lanes
     counts: Counter[str]
     quick: Callable[[], None] | None = None
 
@@ -115,11 +116,22 @@ class Iss:
         self.reset()
 
     def _load_streams(self, image: Image) -> None:
-        words = isa.ISA.configurations[image.configuration].stream_words
-        self._streams: list[list[Word]] = [[arithmetic.ZERO] * words for _ in STREAM_PINS]
-        for stream, pin in zip(self._streams, STREAM_PINS, strict=True):
-            for address, bits in enumerate(image.stream(pin)):
-                stream[address] = word(bits)
+        """Streams by pipe, and those of its further lanes, with the registers there."""
+        build = isa.ISA.configurations[image.configuration]
+        lanes = range(1, 1 + build.lanes)
+        self._streams: list[list[Word]] = []
+        self._lane_streams: list[list[list[Word]]] = []
+        for pin in STREAM_PINS:
+            first, *others = (
+                [word(bits) for bits in image.stream(pin, lane)] for lane in (0, *lanes)
+            )
+            for stream in (first, *others):
+                stream += [arithmetic.ZERO] * (build.stream_words - len(stream))
+            self._streams.append(first)
+            self._lane_streams.append(others)
+        size = 7 * isa.BANK_WORDS  # of the places of all banks
+        self._lane_registers = [[arithmetic.ZERO] * size for _ in lanes]
+        self._lane_writes: list[tuple[list[Word], int, Word]] = []
         self.begin()
 
     def begin(self) -> None:
@@ -133,6 +145,9 @@ class Iss:
         """Next word of the stream of a pipe."""
         stream, place = self._streams[pipe], self.stream_places[pipe]
         self.stream_places[pipe] = (place + 1) % len(stream)
+        code = isa.S_BASE + pipe
+        for registers, words in zip(self._lane_registers, self._lane_streams[pipe], strict=True):
+            registers[code] = words[place]
         return stream[place]
 
     def select(self, image: Image) -> None:
@@ -229,6 +244,10 @@ class Iss:
             address = self._address(op, op.sources[0])
             return lambda: data[address()]
         function = self._operations[op.mnemonic]
+        if op.mnemonic in isa.PICK:
+            a, c = op.sources
+            addends = self._lane_registers[op.imm - 1] if op.imm else registers
+            return lambda: function(registers[a], addends[c])
         if len(op.sources) == 3:
             a, b, c = op.sources
             return lambda: function(registers[a], registers[b], registers[c])
@@ -237,6 +256,21 @@ class Iss:
             return lambda: function(registers[a], registers[b])
         (a,) = op.sources
         return lambda: function(registers[a])
+
+    def _lane(self, op: Decoded, lane: list[Word]) -> Callable[[], None]:
+        """Computes what a vector operation writes in a further lane, of which these are the
+        registers; the second operand is the pipe's own.
+        """
+        registers, writes, dst = self._registers, self._lane_writes, op.dst
+        function = self._operations[op.mnemonic]
+        a, b, *addend = op.sources
+        assert dst is not None
+
+        def compute() -> None:
+            value = function(lane[a], registers[b], *(lane[c] for c in addend))
+            writes.append((lane, dst, value))
+
+        return compute
 
     def _address(self, op: Decoded, index: int) -> Callable[[], int]:
         registers, offset = self._registers, op.imm
@@ -266,7 +300,7 @@ class Iss:
         configuration = self.image.configuration
         operations, halt, marks = isa.decode_bundle(self._words[bundle], configuration)
         ends = tuple(n for n in reversed(range(marks.bit_length())) if marks >> n & 1)
-        step = _Step([], [], [], [], None, halt, [], None, None, ends, Counter())
+        step = _Step([], [], [], [], None, halt, [], None, None, ends, [], Counter())
         for slot, op in enumerate(operations):
             if op is None:
                 continue
@@ -279,6 +313,8 @@ class Iss:
                 continue
             if isa.S_BASE + slot in op.sources:
                 step.takes.append(slot)
+            if op.mnemonic in isa.VECTOR:
+                step.lanes += [self._lane(op, registers) for registers in self._lane_registers]
             if op.mnemonic in isa.ISA.branches:
                 step.branch = self._branch(op)
             elif op.mnemonic == "st":
@@ -289,7 +325,9 @@ class Iss:
                 step.compute.append(self._value(op))
                 step.destinations.append(op.dst)
         only_computes = not (step.outputs or step.stores or step.branch or halt or self._trace)
-        only_computes = only_computes and step.seek is None and step.loop is None and not ends
+        plain = step.seek is None and step.loop is None and not ends and not step.lanes
+        plain = plain and not any(op is not None and op.mnemonic in isa.PICK for op in operations)
+        only_computes = only_computes and plain
         loads = any(op is not None and op.mnemonic == "ld" for op in operations)
         if step.compute and only_computes and not loads:
             step.quick = self._compile([op for op in operations if op is not None], step.takes)
@@ -423,6 +461,8 @@ class Iss:
             pipe, place = divmod(step.seek, 1 << STREAM_BITS)
             self.stream_places[pipe] = place % len(self._streams[pipe])
         values = [compute() for compute in step.compute]
+        for compute_lane in step.lanes:
+            compute_lane()
         following = self._next(step, position)
         if step.outputs or step.stores or step.branch:
             outputs = [(compute(), index) for compute, index in step.outputs]
@@ -440,6 +480,9 @@ class Iss:
                     raise RunFault(Fault.NOT_FINITE)
                 self._outputs[index] = value
                 written.add(index)
+        for words, code, value in self._lane_writes:
+            words[code] = value
+        self._lane_writes.clear()
         for code, value in zip(step.destinations, values, strict=True):
             registers[code] = value
             if self._trace:

@@ -29,6 +29,8 @@ BANK_SIZE = {name: bank.size for name, bank in ISA.banks.items()}
 BANK_WORDS = 1 << ISA.index_bits  # operand code = BANK_WORDS * bank code + index
 K_BASE = BANK_WORDS * BANK_CODE["K"]
 S_BASE = BANK_WORDS * BANK_CODE["S"]  # operand codes of the next word of each stream
+PICK = frozenset(op.name for op in ISA.of_unit("lanes") if "lane" in op.operands)
+VECTOR = frozenset(op.name for op in ISA.of_unit("lanes")) - PICK
 OUTPUTS = ISA.outputs
 PROGRAM_BUNDLES = ISA.program_bundles
 DATA_WORDS = ISA.data_words
@@ -78,12 +80,17 @@ def decode_operation(word: int, slot: int, configuration: str) -> Decoded | None
         raise IllegalOperation(f"slot {slot}: opcode {opcode:06b}")
     mnemonic, unit = record.name, ISA.units[record.unit]
     immediate = (record.immediate_high, "c") if record.immediate_high else ()
+    build = ISA.configurations[configuration]
+    if unit.name == "lanes" and not build.lanes:
+        raise IllegalOperation(f"slot {slot}: {mnemonic} without lanes")
     for name in SOURCE_FIELDS:  # also those that the operation ignores
-        if name not in immediate:
+        if name == "b" and "lane" in record.operands:
+            if _field(word, name) > build.lanes:
+                raise IllegalOperation(f"slot {slot}: lane {_field(word, name)}")
+        elif name not in immediate:
             _check_source(_field(word, name), slot, configuration)
     if mnemonic == "nop":
         return None
-    build = ISA.configurations[configuration]
     if mnemonic == "seek" and not build.stream_words:
         raise IllegalOperation(f"slot {slot}: seek without streams")
     if mnemonic == "loop" and not build.loops:
@@ -106,6 +113,14 @@ def decode_operation(word: int, slot: int, configuration: str) -> Decoded | None
     if mnemonic == "loop" and imm >> LOOP_BITS >= build.loops:
         raise IllegalOperation(f"slot {slot}: level {imm >> LOOP_BITS} of loops")
     sources = tuple(_field(word, name) for name in record.sources)
+    if unit.name == "lanes":
+        own = BANK_CODE[build.result_bank(slot, unit)]
+        if _field(word, "c") // BANK_WORDS not in (own, BANK_CODE["zero"]):
+            raise IllegalOperation(f"slot {slot}: {mnemonic} of a register of another bank")
+        if "lane" in record.operands:
+            imm = _field(word, "b")
+        elif sources[0] != S_BASE + slot:
+            raise IllegalOperation(f"slot {slot}: {mnemonic} of no word of the stream")
     return Decoded(mnemonic, sources, dst, output, imm)
 
 

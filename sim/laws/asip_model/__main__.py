@@ -21,6 +21,7 @@ from asip_asm.model.c_code import to_c_code
 from asip_asm.model.certificate import certify
 from asip_asm.model.compiler import SINES, Options
 from asip_asm.model.law import Law, load_law
+from asip_asm.model.onnx_file import OnnxPolicy
 from asip_asm.model.program import Built, build
 from asip_asm.model.read import ModelError
 from asip_asm.signals import InterfaceError
@@ -199,7 +200,14 @@ def _law(
         for warning in tree.description.warnings:
             print(f"asip-model: warning: {warning}", file=sys.stderr)
         return law, tree
-    return load_law(file, interface), None
+    streams = default_isa().configurations[options.config].stream_words > 0
+    law = load_law(file, interface, whole=not streams)
+    if streams and isinstance(law.function, OnnxPolicy):
+        from asip_asm.model.onnx_layers import dense_layers
+
+        if isinstance(found := dense_layers(law.function), str):
+            print(f"asip-model: {file}: compiled without streams: {found}", file=sys.stderr)
+    return law, None
 
 
 def _loop(built: Built, tree: Tree, settings: Settings, seconds: float) -> int:

@@ -142,6 +142,9 @@ extern "C" {
 #define ASIP__CSR__STREAM__LOOPS_bm 0x6000
 #define ASIP__CSR__STREAM__LOOPS_bp 13
 #define ASIP__CSR__STREAM__LOOPS_bw 2
+#define ASIP__CSR__STREAM__LANES_bm 0x18000
+#define ASIP__CSR__STREAM__LANES_bp 15
+#define ASIP__CSR__STREAM__LANES_bw 2
 
 // regfile - asip::csr
 typedef struct __attribute__ ((__packed__)) {

@@ -142,6 +142,9 @@ extern "C" {
 #define ASIP_DESC_3C398FCC__CSR__STREAM__LOOPS_bm 0x6000
 #define ASIP_DESC_3C398FCC__CSR__STREAM__LOOPS_bp 13
 #define ASIP_DESC_3C398FCC__CSR__STREAM__LOOPS_bw 2
+#define ASIP_DESC_3C398FCC__CSR__STREAM__LANES_bm 0x18000
+#define ASIP_DESC_3C398FCC__CSR__STREAM__LANES_bp 15
+#define ASIP_DESC_3C398FCC__CSR__STREAM__LANES_bw 2
 
 // regfile - asip_desc_3c398fcc::csr
 typedef struct __attribute__ ((__packed__)) {
@@ -374,6 +377,9 @@ typedef struct __attribute__ ((__packed__)) {
 #define ASIP_DESC_BC5D3C60__CSR__STREAM__LOOPS_bm 0x6000
 #define ASIP_DESC_BC5D3C60__CSR__STREAM__LOOPS_bp 13
 #define ASIP_DESC_BC5D3C60__CSR__STREAM__LOOPS_bw 2
+#define ASIP_DESC_BC5D3C60__CSR__STREAM__LANES_bm 0x18000
+#define ASIP_DESC_BC5D3C60__CSR__STREAM__LANES_bp 15
+#define ASIP_DESC_BC5D3C60__CSR__STREAM__LANES_bw 2
 
 // regfile - asip_desc_bc5d3c60::csr
 typedef struct __attribute__ ((__packed__)) {

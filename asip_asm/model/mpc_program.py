@@ -1,0 +1,315 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Program of a problem of model-predictive control: a fixed number of ADMM iterations in loops.
+
+Of each boxed coordinate the data memory holds two words that the next tick begins with: w, which
+the relaxed iterate is added to before it is limited, and h, the pull of the limit. An iteration is
+
+    backward over the steps:  d = -S (B' p + r),  p <- q + F' p - K' r,  q = rho h - Q r
+    forward over the steps:   u = d - K x,  x <- F x + B d
+    of each boxed one:        t = alpha x + w,  v = limited t,  w <- t - alpha v,  h <- t - 2 v
+
+The slot of step k holds what belongs to u_k and x_{k+1}. A slot before the first one takes what the
+loops write for the measured state, which no result depends on. The r in Q r is the reference.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from asip_asm.machine import Machine
+from asip_asm.model.law import Law, Port
+from asip_asm.model.mpc_problem import Problem, half_width, riccati
+from asip_asm.model.plan import Plan, Words
+from asip_asm.model.read import ModelError
+
+STEP, BACK, ITERATION = "step", "back", "iteration"
+RESIDUALS = ("primal", "dual")
+SPLIT = 2
+"""Sums of which that of an input is made: its limit waits for it."""
+
+
+@dataclass(frozen=True)
+class Slot:
+    """Places of a step's words in the data memory, by coordinate; size: words of a step."""
+
+    w_x: dict[int, int]
+    h_x: dict[int, int]
+    w_u: dict[int, int]
+    h_u: dict[int, int]
+    d: list[int]
+    z: list[int]
+    pull: list[int]
+    size: int
+
+
+def slot_of(problem: Problem) -> Slot:
+    n, m, _ = problem.sizes
+    states, inputs = problem.boxed()
+    counts = [len(states), len(states), len(inputs), len(inputs), m, m]
+    counts += [n if problem.reference == "trajectory" else 0]
+    ends = np.cumsum([0, *counts])
+    fields = [list(range(a, b)) for a, b in zip(ends, ends[1:], strict=False)]
+    w_x, h_x = (dict(zip(states, one, strict=True)) for one in fields[:2])
+    w_u, h_u = (dict(zip(inputs, one, strict=True)) for one in fields[2:4])
+    return Slot(w_x, h_x, w_u, h_u, fields[4], fields[5], fields[6], int(ends[-1]))
+
+
+def signals(problem: Problem) -> list[Port]:
+    """Signals of the program: the state, its reference, the first inputs and the residuals."""
+    ports = [
+        Port("input", name, "1", "measured state", vector="x", limits=(low, high))
+        for name, low, high in zip(problem.states, *problem.start, strict=True)
+    ]
+    if problem.reference != "none":
+        where = "reference" if problem.reference == "point" else "reference at the horizon's end"
+        ports += [
+            Port("input", f"{name}_ref", "1", where, vector="x_ref", limits=(low, high))
+            for name, low, high in zip(problem.states, *problem.start, strict=True)
+        ]
+    for name, low, high in zip(problem.inputs, *problem.input_box, strict=True):
+        limits = (low, high) if np.isfinite(low) and np.isfinite(high) else None
+        ports.append(Port("output", name, "1", "input of the plant", vector="u", limits=limits))
+    for name, meaning in (
+        (
+            "primal_residual",
+            "largest distance of an iterate from its limited value, by half its box",
+        ),
+        ("dual_residual", "largest move of a limited value in the last iteration, by half its box"),
+    ):
+        ports.append(Port("output", name, "1", meaning))
+    return ports
+
+
+def mpc_law(problem: Problem) -> Law:
+    """The problem as a law, for interpreter, bounds and proofs; it has no function of its own."""
+    return Law(problem.title, None, signals(problem), rate=1 / problem.sample_time)  # type: ignore[arg-type]
+
+
+def mpc_plan(problem: Problem, machine: Machine) -> Plan:
+    """The finished plan. Raises ModelError where the core has no room."""
+    return _Maker(problem, machine).make()
+
+
+class _Maker:
+    def __init__(self, problem: Problem, machine: Machine) -> None:
+        self.problem, self.slot = problem, slot_of(problem)
+        self.gains = riccati(problem)
+        ports = signals(problem)
+        inputs = [port.name for port in ports if port.kind == "input"]
+        outputs = {port.name: 0.0 for port in ports if port.kind == "output"}
+        self.plan = Plan(problem.title, inputs, outputs, machine)
+        n, m, steps = problem.sizes
+        self.plan.spaces["slot"] = (steps + 1) * self.slot.size
+        if problem.reference == "trajectory":
+            self.plan.spaces["end_ref"] = n
+        used, room = sum(self.plan.spaces.values()), machine.data_words
+        if used > room:
+            raise ModelError(
+                f"{problem.path}: {problem.title}: {steps} steps of {n} states and {m} inputs take "
+                f"{used} words of data memory, the core has {room}; shorten the horizon, or take "
+                "limits off states that need none"
+            )
+        self.x, self.p, self.r = _names("state", n), _names("costate", n), _names("pull_u", m)
+        self.measured = inputs[:n]
+        self.wanted = inputs[n:]
+        self.alpha = problem.relaxation
+        self.later: list[tuple[str, float, str]] = []
+
+    # ------------------------------------------------------------------ short hands
+    def address(self, offset: int, before: int = 0) -> int:
+        """Address of a word of the slot that the index names, or of one `before` it."""
+        return (1 - before) * self.slot.size + offset
+
+    def index(self, value: int) -> None:
+        self.plan.op("iadd", value * self.slot.size, 0, to="i")
+
+    def step(self, by: int) -> None:
+        self.plan.op("iadd", "i", by * self.slot.size, to="i")
+
+    def copy(self, source: str | float = 0.0, to: str = "") -> str:
+        return self.plan.op("fsub", source, 0.0, to=to)
+
+    # ------------------------------------------------------------------ parts
+    def make(self) -> Plan:
+        problem, plan = self.problem, self.plan
+        self.references()
+        self.index(problem.horizon - 1)
+        self.gradients({}, self.end, 0, self.p, self.r)
+        with plan.loop(ITERATION, problem.iterations - 1):
+            plan.rewind()
+            self.backward()
+            self.forward(residuals=False)
+            self.index(problem.horizon - 1)
+            self.gradients(self.limit_states(0, False), self.end, 0, self.p, self.r)
+        plan.rewind()
+        for name in RESIDUALS:
+            plan.op("mov", 0.0, to=name)
+        self.backward()
+        self.forward(residuals=True)
+        self.index(problem.horizon - 1)
+        self.limit_states(0, True)
+        for name, offset in zip(problem.inputs, self.slot.z, strict=True):
+            plan.op("mov", plan.load("slot", self.address(offset)), to=name)
+        for name in RESIDUALS:
+            plan.op("fsqrt", name, to=f"{name}_residual")
+        plan.finish()
+        return plan
+
+    def references(self) -> None:
+        """-weight * reference: `end` of the last step, `pull` of the others."""
+        problem, plan = self.problem, self.plan
+        n, _, steps = problem.sizes
+        self.pull: list[str] = []
+        self.end: list[str] = []
+        if problem.reference == "none":
+            return
+        plan.rewind()
+        self.end = plan.product(Words(-problem.terminal), self.wanted, into=_names("end", n))
+        if problem.reference == "point":
+            self.pull = plan.product(Words(-problem.q), self.wanted, into=_names("pull", n))
+            plan.settle()
+            return
+        plan.settle()
+        # What a step had as its reference is that of the step before it, a tick later.
+        self.index(0)
+        with plan.loop("shift", steps - 1):
+            moved = [plan.load("slot", self.address(o, -1), "i") for o in self.slot.pull]
+            for name, offset in zip(moved, self.slot.pull, strict=True):
+                plan.store(name, "slot", self.address(offset), "i")
+            self.step(1)
+        last = plan.product(Words(-problem.q), [plan.load("end_ref", i) for i in range(n)])
+        for name, offset in zip(last, self.slot.pull, strict=True):
+            plan.store(name, "slot", (steps - 1) * self.slot.size + offset)
+        for i, name in enumerate(self.wanted):
+            plan.store(name, "end_ref", i)
+
+    def gradients(
+        self, h_x: dict[int, str], pull: list[str], before: int, q: list[str], r: list[str]
+    ) -> tuple[list[str], list[str]]:
+        """Gradients of a step's state and input, to the names of q and r if there are any."""
+        rho_x, rho_u = self.problem.penalty
+        n, m, _ = self.problem.sizes
+        h_x = h_x or self.loaded(self.slot.h_x, before)
+        h_u = self.loaded(self.slot.h_u, before)
+        found_q = [
+            self.gradient(h_x.get(i, ""), float(rho_x[i]), pull[i : i + 1], q[i] if q else "")
+            for i in range(n)
+        ]
+        if r:
+            return found_q, [
+                self.gradient(h_u.get(j, ""), float(rho_u[j]), [], r[j]) for j in range(m)
+            ]
+        self.later = [(h_u.get(j, ""), float(rho_u[j]), self.r[j]) for j in range(m)]
+        return found_q, []
+
+    def gradient(self, h: str, rho: float, known: list[str], to: str) -> str:
+        """rho h and a known pull, where there are any."""
+        if h:
+            return self.plan.op("fmadd" if known else "fmul", rho, h, *known, to=to)
+        return known[0] if known and not to else self.copy(known[0] if known else 0.0, to)
+
+    def loaded(self, offsets: dict[int, int], before: int) -> dict[int, str]:
+        return {
+            i: self.plan.load("slot", self.address(offset, before), "i")
+            for i, offset in offsets.items()
+        }
+
+    def backward(self) -> None:
+        """The index goes from the last step to the one before the first."""
+        plan, gains, steps = self.plan, self.gains, self.problem.horizon
+        with plan.loop(BACK, steps):
+            pull = self.pull
+            if self.slot.pull:
+                pull = [plan.load("slot", self.address(o, 1), "i") for o in self.slot.pull]
+            q, _ = self.gradients({}, pull, 1, [], [])
+            d = plan.product(_backward(-gains.s), self.r)
+            d = plan.product(_backward(-gains.sb), self.p, d, parts=SPLIT)
+            q = plan.product(_backward(-np.swapaxes(gains.k, 1, 2)), self.r, q)
+            plan.product(_backward(np.swapaxes(gains.f, 1, 2)), self.p, q, self.p)
+            plan.settle()
+            for h, rho, to in self.later:
+                self.gradient(h, rho, [], to)
+            for name, offset in zip(d, self.slot.d, strict=True):
+                plan.store(name, "slot", self.address(offset), "i")
+            self.step(-1)
+
+    def forward(self, residuals: bool) -> None:
+        """The index goes from the first step to behind the last one."""
+        plan, gains, (n, m, steps) = self.plan, self.gains, self.problem.sizes
+        for name, to in zip(self.measured, self.x, strict=True):
+            self.copy(name, to=to)
+        self.index(0)
+        b = np.broadcast_to(self.problem.b, (steps, n, m))
+        with plan.loop(STEP, steps):
+            d = [plan.load("slot", self.address(o), "i") for o in self.slot.d]
+            w_u = self.loaded(self.slot.w_u, 0)
+            h_u = self.loaded(self.slot.h_u, 0) if residuals else {}
+            self.limit_states(1, residuals)
+            start = plan.product(Words(b, (STEP,)), d)
+            plan.product(Words(gains.f, (STEP,)), self.x, start, self.x)
+            u = plan.product(Words(-gains.k, (STEP,)), self.x, d, parts=SPLIT)
+            plan.settle()
+            for j, value in enumerate(u):
+                z = value
+                if j in w_u:
+                    box = self.problem.input_box[:, j]
+                    z, w, h = self.limit(value, w_u[j], box)
+                    plan.store(w, "slot", self.address(self.slot.w_u[j]), "i")
+                    plan.store(h, "slot", self.address(self.slot.h_u[j]), "i")
+                    if residuals:
+                        share = Words(np.full(steps, 1 / half_width(box[:, None])[0]), (STEP,))
+                        self.residual(value, z, w_u[j], h_u[j], share)
+                if residuals:
+                    plan.store(z, "slot", self.address(self.slot.z[j]), "i")
+            self.step(1)
+
+    def limit_states(self, before: int, residuals: bool) -> dict[int, str]:
+        """Limit the state that belongs to a slot; the new h. The measured one has no residual."""
+        plan, slot, box = self.plan, self.slot, self.problem.state_box
+        found = {}
+        w_x = self.loaded(slot.w_x, before)
+        h_x = self.loaded(slot.h_x, before) if residuals else {}
+        for i, w_old in w_x.items():
+            v, w, found[i] = self.limit(self.x[i], w_old, box[:, i])
+            if residuals:
+                share = np.full(self.problem.horizon, 1 / half_width(box[:, i : i + 1])[0])
+                share[0] = 0.0
+                words = Words(share, (STEP,)) if before else Words(share[1])
+                self.residual(self.x[i], v, w_old, h_x[i], words)
+            plan.store(w, "slot", self.address(slot.w_x[i], before), "i")
+            plan.store(found[i], "slot", self.address(slot.h_x[i], before), "i")
+        return found
+
+    def limit(self, value: str, w: str, box: np.ndarray) -> tuple[str, str, str]:
+        """Limited value, and what the slot holds of it for the next iteration."""
+        plan, (low, high) = self.plan, (float(each) for each in box)
+        t = plan.op("fmadd", self.alpha, value, w)
+        if np.isinf(low):
+            v = plan.op("fmin", t, high)
+        elif np.isinf(high):
+            v = plan.op("fmax", t, low)
+        else:
+            v = plan.op("fsat", t, low, high)
+        return v, plan.op("fnmsub", self.alpha, v, t), plan.op("fnmsub", 2.0, v, t)
+
+    def residual(self, value: str, v: str, w: str, h: str, share: Words) -> None:
+        """Squares of the distance from the limited value, and of the limited value's move."""
+        plan = self.plan
+        before = plan.op("fsub", w, h)  # (2 - alpha) times the last limited value
+        moved = plan.op("fnmsub", 1 / (2 - self.alpha), before, v)
+        for name, each in zip(RESIDUALS, (plan.op("fsub", value, v), moved), strict=True):
+            scaled = plan.op("fmul", share, each)
+            plan.op("fmax", name, plan.op("fmul", scaled, scaled), to=name)
+
+
+def _names(name: str, count: int) -> list[str]:
+    return [f"{name}{i}" for i in range(count)]
+
+
+def _backward(values: np.ndarray) -> Words:
+    """Gains (steps, ...) in the order of the loop from the last step to the first. Behind the last
+    step there is no gain: what it would weigh is a state's alone.
+    """
+    return Words(values[::-1], (BACK,))

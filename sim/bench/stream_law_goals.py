@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Laws of streams and loops: predictive control and a policy, rows of `make goals T=matrix`."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import onnx
+from onnx import helper, numpy_helper
+
+from asip_asm.model.bound import bounds
+from asip_asm.model.compiler import Options, compile_law
+from asip_asm.model.exact import evaluate
+from asip_asm.model.law import Law, Port
+from asip_asm.model.onnx_file import OnnxPolicy, load_onnx
+from asip_asm.model.onnx_layers import Network, dense_layers
+from asip_asm.model.program import build
+from sim.core.api import Core
+from sim.laws.mpc import build_mpc
+from sim.laws.mpc_flight import fly_core, fly_reference, quadrotor_problem
+from sim.laws.mpc_proof import prove_mpc
+from sim.laws.mpc_reference import distance
+from sim.laws.prove_program import rounded_sine
+from sim.report.goals import Goal, at_least, at_most, depth, exactly
+
+SEED = 38
+COUNT, QUICK = 10_000, {"ticks": 40, "inputs": 40}
+MOST = 27_500  # cycles of a solve: 220 us at 125 MHz
+SHARE = 80.0  # per cent of the multiply-add slots
+SECONDS = 60.0  # of one processor
+RATIO = 1.05
+POLICY = (48, 64, 64, 12)
+CURE = "make goals T=matrix RUN=full"
+
+
+def predictive_control(full: bool) -> Iterator[Goal]:
+    """Quadrotor: 12 states, 4 inputs, 10 steps, boxes on all, 10 iterations."""
+    name = "quadrotor MPC 12/4/10"
+    begin = time.process_time()
+    problem = quadrotor_problem()
+    with tempfile.TemporaryDirectory() as folder:
+        built, plan = build_mpc(problem, Path(folder) / "quadrotor.s")
+    seconds = time.process_time() - begin
+    memories = (
+        f"{len(built.image.bundles)} bundles, {len(built.image.data)} data words, "
+        + " and ".join(str(len(words)) for words in plan.streams.values())
+        + " words of the streams"
+    )
+    yield at_most(f"{name}, tick on stream", built.cycles, MOST, "cycles", memories)
+    yield at_most(f"{name}, compiling", seconds, SECONDS, "s of a processor")
+    proof = prove_mpc(problem, built.compiled, built.image, COUNT if full else QUICK["ticks"])
+    other = "runs whose cycles are not those announced"
+    yield exactly(f"{name}, {other}", proof.other_cycles, 0, "")
+    yield exactly(f"{name}, bits differ from the interpreter", bool(proof.difference), 0, "1")
+    yield at_most(f"{name}, error by its bound", proof.share, 1, "1", f"{proof.error:.2g} N")
+    yield depth(f"{name}, ticks tried", proof.ticks, COUNT, "1", CURE)
+    far = distance(problem, COUNT)
+    note = f"{COUNT} initial states, 99 %: {100 * np.quantile(far.excess, 0.99):.2g} %"
+    yield exactly(f"{name}, initial states without a plan", far.infeasible, 0, "1")
+    median = 100 * float(np.median(far.excess))
+    yield at_most(f"{name}, cost above the optimum, median", median, 1, "%", note)
+    worst = 100 * float(far.violation.max())
+    yield at_most(f"{name}, state beyond its box, largest", worst, 1, "% of the box")
+    flight, cycles = fly_core(problem, built.image)
+    double = fly_reference(problem)
+    ratio = flight.error / double.error
+    yield at_most(f"{name}, flight: error by that in doubles", ratio, RATIO, "1",
+                  f"{1000 * double.error:.1f} mm, figure eight with a gust")  # fmt: skip
+    yield at_most(f"{name}, flight: beyond the box of y", 1000 * flight.beyond, 16, "mm")
+    yield exactly(f"{name}, flight: numbers of cycles of a tick", len(cycles), 1, "1")
+
+
+def policies(full: bool) -> Iterator[Goal]:
+    """Policy with Elu and drawn weights: cycles, use of the pipes, bits, error."""
+    name = f"policy {'-'.join(map(str, POLICY))} Elu"
+    begin = time.process_time()
+    with tempfile.TemporaryDirectory() as folder:
+        policy = drawn_policy(POLICY, Path(folder))
+        law = policy_law(policy, POLICY)
+        built = build(compile_law(law, Options(configuration="stream")), Path(folder) / "policy.s")
+    seconds = time.process_time() - begin
+    cycles = built.cycles
+    network = dense_layers(policy)
+    assert isinstance(network, Network)
+    share = 100 * network.products / (2 * cycles)
+    yield at_least(f"{name}, multiply-add slots in products", share, SHARE, "%", f"{cycles} cycles")
+    yield at_most(f"{name}, compiling", seconds, SECONDS, "s of a processor")
+    count = COUNT if full else QUICK["inputs"]
+    random = np.random.default_rng(SEED)
+    graph, outputs = built.compiled.graph, [port.name for port in law.of_kind("output")]
+    unequal = other = 0
+    worst = 0.0
+    with Core(built.image) as core:
+        for begin_at in range(0, count, 500):
+            size = min(500, count - begin_at)
+            x = random.uniform(-3, 3, (size, POLICY[0])).astype(np.float32)
+            values = {f"obs{k}": x[:, k] for k in range(POLICY[0])}
+            ticks = core.batch(values)
+            nodes = evaluate(graph, values, rounded_sine)
+            _, limit = bounds(graph, {name: v.astype(float) for name, v in values.items()})
+            want = truth(policy, x)
+            other += int(np.sum(ticks.cycles != built.image.cycles))
+            for k, output in enumerate(outputs):
+                bits = nodes[graph.outputs[output]].view(np.uint32)
+                unequal += int((ticks[output].view(np.uint32) != bits).sum())
+                worst = max(
+                    worst, float((np.abs(ticks[output] - want[:, k]) / limit[output]).max())
+                )
+    yield exactly(f"{name}, words unlike the interpreter's", unequal, 0, "")
+    yield exactly(f"{name}, runs whose cycles are not those announced", other, 0, "")
+    yield at_most(f"{name}, error by its bound", worst, 1, "1")
+    yield depth(f"{name}, inputs tried", count, COUNT, "1", CURE)
+
+
+def drawn_policy(sizes: tuple[int, ...], folder: Path) -> OnnxPolicy:
+    """A policy of dense layers with Elu between them, from a file in the folder."""
+    random = np.random.default_rng(SEED)
+    nodes, tensors, now = [], [], "obs"
+    for k, (n, m) in enumerate(zip(sizes, sizes[1:], strict=False)):
+        last = k == len(sizes) - 2
+        weights, bias = random.normal(size=(m, n)) / np.sqrt(n), 0.1 * random.normal(size=m)
+        for name, array in ((f"w{k}", weights), (f"b{k}", bias)):
+            tensors.append(numpy_helper.from_array(array.astype(np.float32), name))
+        made = "act" if last else f"sum{k}"
+        nodes.append(helper.make_node("Gemm", [now, f"w{k}", f"b{k}"], [made], transB=1))
+        if not last:
+            now = f"hidden{k}"
+            nodes.append(helper.make_node("Elu", [made], [now]))
+    ends = [
+        [helper.make_tensor_value_info(name, onnx.TensorProto.FLOAT, [1, size])]
+        for name, size in (("obs", sizes[0]), ("act", sizes[-1]))
+    ]
+    graph = helper.make_graph(nodes, "policy", ends[0], ends[1], tensors)
+    file = folder / "policy.onnx"
+    onnx.save(helper.make_model(graph, opset_imports=[helper.make_opsetid("", 20)]), file)
+    return load_onnx(file, whole=False)
+
+
+def policy_law(policy: OnnxPolicy, sizes: tuple[int, ...]) -> Law:
+    """The policy with its signals."""
+    ports = [Port("input", f"obs{k}", vector="obs", limits=(-3.0, 3.0)) for k in range(sizes[0])]
+    ports += [Port("output", f"act{k}", vector="act") for k in range(sizes[-1])]
+    return Law("policy", policy, ports, rate=1000.0)
+
+
+def truth(policy: OnnxPolicy, x: np.ndarray) -> np.ndarray:
+    """Actions (n, outputs) by the evaluator of the package onnx, in double precision."""
+    from sim.laws.prove_onnx import OnnxReference
+
+    return OnnxReference(policy)({"obs": x[:, None, :].astype(float)})["act"].reshape(len(x), -1)
