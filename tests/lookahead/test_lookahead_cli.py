@@ -47,6 +47,15 @@ def test_command__time_only__has_no_limits(program, tmp_path):
     assert "limits" not in json.loads((tmp_path / "a.json").read_text())
 
 
+def test_command__from__begins_at_the_line(tmp_path, capsys):
+    part, file = tmp_path / "part.ngc", tmp_path / "part.json"
+    part.write_text("G64 P0.01 F1200\nG1 X5\nY5\nX9\nM2\n")
+    assert main([str(part), "--from", "3", "--time-only", "--json", str(file)]) == 0
+    assert json.loads(file.read_text())["moves"] == 2
+    assert main([str(part), "--from", "5", "--time-only"]) == 1
+    assert "no move is in line 5 or after it; the last is in line 4" in capsys.readouterr().err
+
+
 def test_command__many_corners__keeps_the_slowest(tmp_path):
     path = tmp_path / "zigzag.ngc"
     steps = "".join(f"X{k % 2 * 2} Y{k / 10}\n" for k in range(60))
