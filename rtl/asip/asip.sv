@@ -401,7 +401,7 @@ module asip #(
                 .write_i      (write[p]),
                 .write_index_i(write_index[p]),
                 .word_r1_i    (words_r1[p][s]),
-                .start_e1_i   (valid_e1_q && op_e1.vector && !op_e1.pick),
+                .start_e1_i   (valid_e1_q && op_e1.lanes && !op_e1.pick),
                 .kind_e1_i    (op_e1.fma_kind),
                 .factor_e1_i  (operand_e1[3*p+1]),
                 .addend_e1_o  (addend_e1[s]),

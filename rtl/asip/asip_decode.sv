@@ -34,8 +34,8 @@ module asip_decode #(
   always_comb begin
     op = {offered, {(asip_pkg::DECODED_WIDTH - asip_pkg::CONTROL_WIDTH) {1'b0}}};
     if (CanLane) begin
-      op.fma      = op.fma || op.vector;
-      op.fma_kind = op.fma_kind | op.vector_kind;
+      op.fma      = op.fma || op.lanes;
+      op.fma_kind = op.fma_kind | op.lanes_kind;
     end
     known     = (|offered) || opcode == asip_isa_pkg::OP_NOP;
     op.dst    = dst[5:0];

@@ -10,8 +10,8 @@ package asip_pkg;
     logic [1:0]  fma_kind;
     logic        neg_product;
     logic        neg_addend;
-    logic        vector;         // multiply-add in all lanes of a pipe (`wide` only)
-    logic [1:0]  vector_kind;
+    logic        lanes;          // multiply-add in all lanes of a pipe (`wide` only)
+    logic [1:0]  lanes_kind;
     logic        pick;
     logic        divsqrt;        // division and square root
     logic        sqrt;
@@ -165,13 +165,13 @@ package asip_pkg;
   // Those that only a core with lanes knows.
   function automatic logic [CONTROL_WIDTH-1:0] lanes_control_of(input logic [5:0] opcode);
     lanes_control_of = '0;
-    // vector, vector_kind FMA_KIND_FMA
+    // lanes, lanes_kind FMA_KIND_FMA
     lanes_control_of = lanes_control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_VFMADD}}
                                 & {5'd0, 1'd1, fp_pkg::FMA_KIND_FMA, 20'd0});
-    // vector, vector_kind FMA_KIND_MUL
+    // lanes, lanes_kind FMA_KIND_MUL
     lanes_control_of = lanes_control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_VFMUL}}
                                 & {5'd0, 1'd1, fp_pkg::FMA_KIND_MUL, 20'd0});
-    // vector, vector_kind FMA_KIND_ADD, pick
+    // lanes, lanes_kind FMA_KIND_ADD, pick
     lanes_control_of = lanes_control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_VOUT}}
                                 & {5'd0, 1'd1, fp_pkg::FMA_KIND_ADD, 1'd1, 19'd0});
   endfunction
