@@ -218,7 +218,7 @@ def test_python__module_or_script_exists_and_takes_its_options(command, monkeypa
 
 def test_shell_blocks__hold_nothing_but_commands():
     known = re.compile(
-        r"(make|microtick|python|cc|cp|verilator|yosys|nios|asip|openFPGALoader|\.venv/bin/)"
+        r"(make|microtick|python|cc|cp|verilator|yosys|nios|asip|openFPGALoader|\.venv/bin/|scripts/)"
     )
     assert [str(command) for command in BLOCKS if not known.match(command.text)] == []
 
