@@ -290,10 +290,10 @@ module asip #(
     if (StreamWords != 0) begin : gen_streams
       for (p = 0; p < FmaPipes; p++) begin : gen_stream
         logic [2:0] reads_d;
-        logic [Lanes:0][31:0] word_r1;
+        logic [32*(Lanes+1)-1:0] word_r1;  // by lane
 
-        assign stream_r1[p]           = word_r1[0];
-        assign words_r1[p][Lanes:0]   = word_r1;
+        assign stream_r1[p]         = word_r1[31:0];
+        assign words_r1[p][Lanes:0] = word_r1;
 
         // Sources a, b, c of the slot are ports 3p to 3p+2 of the operand stage.
         assign reads_d = {
@@ -372,18 +372,18 @@ module asip #(
   // ================================================================ lanes
   generate
     if (Lanes != 0) begin : gen_lanes
-      logic [FmaPipes-1:0][Lanes:0][4:0] flags_lane;
+      logic [5*FmaPipes*(Lanes+1)-1:0] flags_lane;
 
       for (p = 0; p < FmaPipes; p++) begin : gen_pipe
         asip_pkg::decoded_t op_e1;
-        logic [3:0][31:0] addend_e1;  // by lane
+        logic [127:0] addend_e1;  // by lane
 
         assign op_e1                = ops_e1_q[OpWidth*p+:OpWidth];
-        assign addend_e1[0]         = operand_e1[3*p+2];
-        assign flags_lane[p][0]     = '0;
+        assign addend_e1[31:0]      = operand_e1[3*p+2];
+        assign flags_lane[5*p*(Lanes+1)+:5] = '0;
         assign operand_units[3*p]   = operand_e1[3*p];
         assign operand_units[3*p+1] = operand_e1[3*p+1];
-        assign operand_units[3*p+2] = op_e1.pick ? addend_e1[op_e1.b[1:0]] : operand_e1[3*p+2];
+        assign operand_units[3*p+2] = op_e1.pick ? addend_e1[32*op_e1.b[1:0]+:32] : operand_e1[3*p+2];
 
         logic unused_op;
         assign unused_op = ^op_e1;
@@ -404,11 +404,11 @@ module asip #(
                 .start_e1_i   (valid_e1_q && op_e1.lanes && !op_e1.pick),
                 .kind_e1_i    (op_e1.fma_kind),
                 .factor_e1_i  (operand_e1[3*p+1]),
-                .addend_e1_o  (addend_e1[s]),
-                .flags_o      (flags_lane[p][s])
+                .addend_e1_o  (addend_e1[32*s+:32]),
+                .flags_o      (flags_lane[5*(p*(Lanes+1)+s)+:5])
             );
           end else begin : gen_none
-            assign addend_e1[s] = '0;
+            assign addend_e1[32*s+:32] = '0;
           end
         end
       end
@@ -416,8 +416,8 @@ module asip #(
 
       always_comb begin
         flags_lanes = '0;
-        for (int unsigned i = 0; i < FmaPipes; i++) begin
-          for (int unsigned j = 0; j <= Lanes; j++) flags_lanes = flags_lanes | flags_lane[i][j];
+        for (int unsigned i = 0; i < FmaPipes * (Lanes + 1); i++) begin
+          flags_lanes = flags_lanes | flags_lane[5*i+:5];
         end
       end
     end else begin : gen_no_lanes

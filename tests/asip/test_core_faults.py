@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import pytest
 
 from asip_asm.encode import encode_operation
+from asip_asm.gen.asip_regmap import REGMAP
 from asip_asm.image import Image
 from asip_asm.ir import Operation
 from sim.core.iss import Fault, Iss
@@ -393,6 +394,6 @@ def test_fault_with_long_operations_in_flight__core_is_idle_before_the_next_run(
 
 def test_every_cause_is_tested_here():
     resilient = {"MEMORY", "CONTROL", "DISAGREE", "IMPLAUSIBLE"}  # tests/upsets, test_plausible
-    assert {fault.name for fault in Fault} == resilient | {
-        *("NONE", "ILLEGAL", "ADDRESS", "WATCHDOG", "NOT_FINITE", "OUTPUT_MISSING")
-    }
+    here = {"NONE", "ILLEGAL", "ADDRESS", "WATCHDOG", "NOT_FINITE", "OUTPUT_MISSING"}
+    assert {fault.name for fault in Fault} == here
+    assert set(REGMAP.faults) == here | resilient

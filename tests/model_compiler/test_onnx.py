@@ -287,7 +287,7 @@ def test_policy__compiled_and_proved_against_the_file(tmp_path, capsys, monkeypa
     # A reading with another weight is found.
     read = load_onnx(path)
     other = save(tmp_path, perceptron([3, 4, 2], "Elu", SEED + 1, "Tanh"))
-    monkeypatch.setattr("asip_asm.model.law.load_onnx", lambda _: read)
+    monkeypatch.setattr("asip_asm.model.law.load_onnx", lambda _, whole: read)
     monkeypatch.setattr("sim.laws.prove_casadi.load_function", load_onnx)
     assert (
         command.main(
