@@ -21,7 +21,8 @@ COMMANDS = (
     "-m sim.cocotb asip",
     "-m sim.rtl.board ulx3s",
     "-m sim.core.fpbench case mul 00ffffff 3f000000",
-    "-m sim.motion.gcode.oracle",
+    # An installed rs274 is not fetched.
+    *(() if shutil.which("rs274") else ("-m sim.motion.gcode.oracle",)),
     "-m scripts.goals security caches",
     "-m scripts.plain_verilog --only biss_port",
     "scripts/gen_isa.py",

@@ -192,7 +192,10 @@ def serve(exchange: Callable[[bytes, int], bytes | None], device: Device, folder
                 *(drives.position, drives.status, drives.error),
             )
             log.write(record.tobytes())
-            from_master.write(drives.answer(request))
+            try:
+                from_master.write(drives.answer(request))
+            except BrokenPipeError:  # LinuxCNC ended while it waited
+                return
 
 
 def main() -> None:
