@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import shlex
+import shutil
 
 import pytest
 
