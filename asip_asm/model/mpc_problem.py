@@ -7,7 +7,7 @@ its limits. docs/your_robot.md shows a file.
 
 The solver is ADMM with over-relaxation (Boyd and others, 2011, sections 3.4.3 and 5.2), its primal
 step a Riccati recursion as in TinyMPC (Nguyen and others, ICRA 2024), but with the gains of each
-step, so that any terminal cost is kept. All constants are made here in double precision.
+step, so any terminal cost is exact. All constants are made here in double precision.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from asip_asm.source import is_reserved
 
 Matrix = NDArray[np.float64]
 REFERENCES = ("none", "point", "trajectory")
-"""References: the origin; an input for the whole horizon; one for its end, which is kept."""
+"""References: the origin; an input for the whole horizon; one for its end, used later."""
 KEYS = (
     "title", "horizon", "iterations", "sample_time", "continuous", "A", "B", "Q", "R", "terminal",
     "reference", "states", "inputs", "state_box", "input_box", "start", "penalty", "relaxation",

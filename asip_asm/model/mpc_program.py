@@ -236,7 +236,7 @@ class _Maker:
             self.step(-1)
 
     def forward(self, residuals: bool) -> None:
-        """The index goes from the first step to behind the last one."""
+        """The index goes from the first step to one past the last."""
         plan, gains, (n, m, steps) = self.plan, self.gains, self.problem.sizes
         for name, to in zip(self.measured, self.x, strict=True):
             self.copy(name, to=to)

@@ -180,7 +180,7 @@ class _Maker:
                     name = names[u % len(names)]
                     word = Words(words[..., r], (*axes, column))
                     plan.op("fmadd", word, f"in{u}", name, to=name)
-                # The index moves behind the first load: the last one ends the round.
+                # The index moves after the first load: the last load ends the round.
                 plan.load(f"layer{number}", u if u else unroll, "at", to=f"in{u}")
                 if u == 0:
                     plan.op("iadd", "at", unroll, to="at")

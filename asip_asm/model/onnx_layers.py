@@ -85,7 +85,7 @@ class _Reader:
         if self.weights is not None:
             self._layer(None)
         elif not self.layers or np.any(self.scale != 1) or np.any(self.bias != 0):
-            raise ModelError("what is behind the last activation is no product with a matrix")
+            raise ModelError("what follows the last activation is no product with a matrix")
         return Network(argument, _entry(self.now, (len(self.bias),)), tuple(self.layers))
 
     def _node(self, node, where: str) -> None:
@@ -184,7 +184,7 @@ def network_of(model) -> Network | str:
 
 @functools.cache
 def dense_layers(policy: OnnxPolicy) -> Network | str:
-    """Layers of a policy, or what it has beside them. Raises ModelError for a file that is none."""
+    """Layers of a policy, or the reason why not. Raises ModelError for a bad file."""
 
     def work(model) -> bytes:
         found = network_of(model)

@@ -39,7 +39,7 @@ class HostWords:
 
 
 class HostLink:
-    """Process data as they come over the wire: taken by the pass behind the one they meet."""
+    """Process data as they come over the wire: taken by the pass after the one they meet."""
 
     def __init__(self, host: Host) -> None:
         self.host, self.rtl = host, HostWords(host)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The machine behind the bus, in a namespace of its own: slave, drives and law in RTL, the robot.
+"""The machine on the bus, in a namespace of its own: slave, drives and law in RTL, the robot.
 
     unshare -rn python -m sim.bus.linuxcnc.machine FOLDER     started by `microtick linuxcnc`
 

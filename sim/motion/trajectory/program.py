@@ -224,7 +224,7 @@ def _in_order(program: GcodeProgram) -> Iterator[Item]:
 
 
 def _together(parts: Iterable[Ticks]) -> Iterator[Ticks]:
-    """Parts of at least TOGETHER ticks, but for the last one."""
+    """Parts of at least TOGETHER ticks; the last may be shorter."""
     held: list[Ticks] = []
     for part in parts:
         held.append(part)

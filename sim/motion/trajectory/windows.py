@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Windows of a path too long to be simulated as a whole, found while the plan runs by.
 
-The last ticks of the plan are kept, so that a window may begin before the moment that asks for it.
+The last ticks of the plan are stored, so a window may begin before the moment that asks for it.
 So the memory does not depend on the length of the path. The windows are joined to one path that a
 machine can run: from rest it runs in on the planned path, runs the window as planned, runs out,
 and a straight line leads to the next.
