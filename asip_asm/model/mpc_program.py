@@ -84,7 +84,7 @@ def signals(problem: Problem) -> list[Port]:
 
 def mpc_law(problem: Problem) -> Law:
     """The problem as a law, for interpreter, bounds and proofs; it has no function of its own."""
-    return Law(problem.title, None, signals(problem), rate=1 / problem.sample_time)  # type: ignore[arg-type]
+    return Law(problem.title, None, signals(problem), rate=1 / problem.sample_time)  # type: ignore[arg-type]  # not evaluated: the plan is made from the problem
 
 
 def mpc_plan(problem: Problem, machine: Machine) -> Plan:

@@ -13,6 +13,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -467,7 +468,7 @@ class _Run:
         return isinstance(arg, int) or (isinstance(arg, str) and arg in self.integers)
 
     def _integer(self, arg: Operand) -> int:
-        return self.integers[arg] if isinstance(arg, str) else int(arg)  # type: ignore[arg-type]
+        return self.integers[arg] if isinstance(arg, str) else cast(int, arg)  # of _whole()
 
     def _node(self, op: Op, arg: Operand) -> int:
         if isinstance(arg, str):

@@ -13,7 +13,7 @@ its distance from a leg's base, which the controller's integrators would add up.
 acceleration are continuous.
 
 Programs may be of any length: moves come as a stream, and of a path too long to be simulated only
-windows are kept (windows.py). Every tick is planned all the same.
+windows stay in memory (windows.py). Every tick is planned all the same.
 """
 
 from __future__ import annotations
