@@ -7,6 +7,7 @@ must tell the same device. That a master reads the image: test_masters.py.
 
 from __future__ import annotations
 
+import re
 import struct
 from xml.etree import ElementTree as ET
 
@@ -177,13 +178,19 @@ def test_esi__every_type_is_defined_and_every_size_fits(device):
         ('objects = ["digital_inputs"]', 'objects = ["statuswort"]', "no object 'statuswort'"),
         ('objects = ["digital_inputs"]', 'objects = ["digital_outputs"]', "not to be mapped there"),
         ("bytes = 512", "bytes = 100", "101 bytes of outputs do not fit"),
+        (
+            'field = "statusword"',
+            'field = "status word"',
+            "6041:00: field 'status word'",
+        ),
+        ('field = "pose[0]"', 'field = "pose[0"', "field 'pose[0' is no C name"),
         ("[mailbox]", "[mailbocks]", "unknown table mailbocks"),
         ("[device]", "[device", "line 11"),
     ],
 )
 def test_wrong_source__is_told_with_its_place(tmp_path, before, after, message):
     place = edited(SOURCE, tmp_path, before, after)
-    with pytest.raises(DictionaryError, match=message.replace("(", r"\(")) as caught:
+    with pytest.raises(DictionaryError, match=re.escape(message)) as caught:
         load(place)
     assert str(place) in str(caught.value)
 

@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import math
+from contextlib import nullcontext
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -16,10 +18,11 @@ from sim.motion.gcode.interpreter import stream
 from sim.motion.lookahead.planner import Lookahead, Setpoints
 from sim.motion.lookahead.settings import LookaheadSettings
 from sim.motion.lookahead.stress import random_moves
-from sim.motion.planner.pulse_records import PulseRecordError
+from sim.motion.planner.phases import Phase, State
+from sim.motion.planner.pulse_records import PulseRecordError, pulse_counted
 from sim.robot.parameters import Robot
 from sim.rtl.motion_rtl import MotionError
-from sim.rtl.phase_record import LAST, Record
+from sim.rtl.phase_record import FRACTION, HIGHEST_RATE, LAST, TICK, UNITS_PER_HZ, Record
 
 ROBOT = Robot.load()
 SETTINGS = LookaheadSettings(robot=ROBOT)
@@ -119,6 +122,17 @@ def test_axis__turning_back_inside_a_step__waits_and_goes_back_from_the_middle()
 def test_steps__outside_their_limits__are_refused_by_name(change, message):
     with pytest.raises(PulseRecordError, match=message):
         Steps(**change)
+
+
+def test_phase__the_least_part_beyond_the_highest_rate__is_refused():
+    unit = UNITS_PER_HZ * FRACTION  # of a rate; its smallest part is lost in a double
+    slope = 4
+    for beyond in (0, 1):
+        speed = HIGHEST_RATE + Fraction(beyond - 8 * slope, unit)
+        start = State(Fraction(0), speed, Fraction(slope, unit) / TICK)
+        phase = Phase(8 / Fraction(HIGHEST_RATE), Fraction(0), start)
+        with pytest.raises(PulseRecordError, match="phase 1: rates") if beyond else nullcontext():
+            assert pulse_counted([phase], 1)[0].count == 8
 
 
 def test_encoder__what_the_hardware_cannot_do__is_refused_by_axis():

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import re
 import struct
 
 from sim.bus.coe import sii
@@ -14,7 +13,6 @@ from sim.bus.coe.dictionary import (
     MAP_ENTRIES,
     TYPES,
     Device,
-    DictionaryError,
     Entry,
     Object,
 )
@@ -99,11 +97,7 @@ def members(objects: list[Object]) -> list[str]:
                 nested.setdefault(outer, []).append(f"    {c} {inner};")
                 notes.setdefault(outer, f"{one.index:04X}")
                 continue
-            form = re.fullmatch(r"(\w+)(?:\[(\d+)\])?", outer)
-            if form is None:
-                place = f"object {one.index:04X}:{entry.subindex:02X}"
-                raise DictionaryError(f"{place}: field '{outer}' is no name or name[number]")
-            name, count = form.groups()
+            name, _, count = outer.rstrip("]").partition("[")
             elements = entry.bytes if entry.type == "string" else int(count) + 1 if count else 0
             plain[name] = (c, elements)
             notes.setdefault(name, f"{one.index:04X}" + (f", {entry.unit}" if entry.unit else ""))

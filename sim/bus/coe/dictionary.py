@@ -9,6 +9,7 @@ Types and object codes: CiA 301; mapping objects and sync managers: ETG.1000.6.
 from __future__ import annotations
 
 import builtins
+import re
 import struct
 import tomllib
 from collections.abc import Iterator
@@ -50,6 +51,7 @@ TYPES = {
     "string": Type(0x09, "STRING", 0, "s", "char"),
 }
 ACCESS = ("ro", "rw", "const", "preop")
+FIELD = re.compile(r"[A-Za-z_]\w*(\[\d+\]|\.[A-Za-z_]\w*)?", re.ASCII)
 KINDS = {"var": 7, "array": 8, "record": 9}
 
 
@@ -260,6 +262,10 @@ class _Reader:
         found = Entry(subindex=subindex, **rest)
         if not found.field and found.type != "string":
             raise DictionaryError(f"{place}: no field")
+        if found.field and not FIELD.fullmatch(found.field):
+            raise DictionaryError(
+                f"{place}: field {found.field!r} is no C name, name[number] or name.name"
+            )
         check_default(found, place)
         return found
 
