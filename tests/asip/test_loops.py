@@ -26,8 +26,8 @@ from tests.asip.test_core_random import check
 from tests.bench.seed import SEED
 from tests.debug.campaigns import random_halts
 
-PROGRAMS = 32  # random ones
-HALTS = 100  # runs that are halted
+PROGRAMS = 20  # random ones
+HALTS = 50  # runs that are halted
 LEVELS = ISA.configurations["stream"].loops
 MOST = 1 << LOOP_BITS  # rounds of a loop
 
@@ -46,7 +46,7 @@ def count(i: int) -> str:
 
 def test_random_programs__order_words_flags_and_cycles_of_the_model():
     print(f"SEED={SEED}")
-    assert sum(check("stream", "loops", number) for number in range(PROGRAMS)) > 6_000
+    assert sum(check("stream", "loops", number) for number in range(PROGRAMS)) > 3_500
 
 
 @pytest.mark.full

@@ -266,7 +266,7 @@ def uart_stream(
 
 
 @pytest.mark.parametrize(
-    ("ticks", "line"), [(120, FAST_LINE), pytest.param(3000, (10_000, 33), marks=pytest.mark.full)]
+    ("ticks", "line"), [(60, FAST_LINE), pytest.param(3000, (10_000, 33), marks=pytest.mark.full)]
 )
 def test_uart__eight_channels_at_10_khz_over_3_mbit__come_without_loss(ticks, line) -> None:
     rows, got, lost = uart_stream(ticks, *line)
@@ -274,7 +274,7 @@ def test_uart__eight_channels_at_10_khz_over_3_mbit__come_without_loss(ticks, li
     assert model().read(REGISTER["UART_ERRORS"]) == 0
 
 
-@pytest.mark.parametrize("ticks", [120, pytest.param(3000, marks=pytest.mark.full)])
+@pytest.mark.parametrize("ticks", [60, pytest.param(3000, marks=pytest.mark.full)])
 def test_uart__six_channels_of_noise_at_10_khz__come_without_loss(ticks: int) -> None:
     rows, got, lost = uart_stream(ticks, *FAST_LINE, noise, 6)
     assert lost == 0 and got == rows

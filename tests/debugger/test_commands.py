@@ -18,7 +18,7 @@ from sim.debug.asip_dbg.command_table import CommandError, find_command
 from sim.debug.asip_dbg.completion import completions
 from sim.debug.asip_dbg.target import TargetGone
 from tests.debugger import debugged
-from tests.debugger.debugged import LEG, LOOP
+from tests.debugger.debugged import LEG, LOOP, STORES
 
 
 class Debugger(debugged.Debugger):
@@ -94,6 +94,32 @@ def test_watch_stops_for_the_value_and_not_for_its_register(leg):
     assert "one of its definitions: t@1, t@2" in leg.refuses("watch t")
     assert "watch 2: t@2" in leg.tell("watch t@2")
     assert "never written" in leg.refuses("watch R")
+
+
+def test_watch_of_a_data_word_stops_when_a_store_changes_it():
+    stores = Debugger(STORES)
+    assert "watch 1: table[1] in d1" in stores.tell("watch table[1]")
+    assert "watch 1, table[1] in d1: 0 -> 0.3" in stores.tell("run")
+    assert stores.session.in_run and stores.tell("p table[1]").startswith("table[1] = 0.3")
+    stores.tell("continue")
+    assert stores.tell("run").startswith("end of tick")  # the store writes what is there
+    stores.tell("set table[1] = 7")
+    assert "watch 1, table[1] in d1: 7 -> 0.3" in stores.tell("run")
+
+
+def test_watch_of_a_data_word_sees_the_store_of_the_last_bundle():
+    stores = Debugger(STORES)
+    stores.tell("watch table[2]", "watch table[0]")
+    assert "watch 1, table[2] in d2: 0 -> 0.054" in stores.tell("run")
+    assert stores.tell("print table[0]").startswith("table[0] = 0 ")
+    assert "end of tick" in stores.tell("run", "run")
+    stores.tell("delete", "watch table[2] if table[2] > 100", "set table[2] = 0")
+    assert "watch" not in stores.tell("run")
+
+
+def test_watch_of_a_data_word_that_nothing_stores_is_refused(loop):
+    assert "table[1] is never written" in loop.refuses("watch table[1]")
+    assert "table has 4 words" in loop.refuses("watch table[4]")
 
 
 def test_set_changes_what_the_program_computes(leg):

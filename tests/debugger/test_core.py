@@ -26,7 +26,7 @@ from sim.debug.model import DebugRtl
 from sim.debug.server import Server
 from tests.bench.seed import SEED
 from tests.debugger import debugged
-from tests.debugger.debugged import ENDLESS, INPUTS, LEG, LOOP
+from tests.debugger.debugged import ENDLESS, INPUTS, LEG, LOOP, STORES
 
 
 @pytest.fixture(scope="module")
@@ -110,6 +110,16 @@ def test_watch_of_a_value(core):
     assert "watch 1, e in" in ours.tell("run")
     assert ours.session.position > 4 and ours.tell("p e").startswith("e = 0.008")
     assert "end of tick 0" in ours.tell("continue")
+
+
+def test_watch_of_data_words_as_on_the_model(core):
+    ours, other = both(STORES, core)
+    for line in ("watch table[1]", "watch table[2]", "run", "c", "c", "run", "p table[2]"):
+        assert ours.tell(line) == other.tell(line), line
+    assert (
+        "watch 2, table[2] in d2: 0 -> 0.054"
+        in (ours.tell("set table[2] = 0"), ours.tell("run"))[1]
+    )
 
 
 def test_fault_and_the_tick_behind_it(core):

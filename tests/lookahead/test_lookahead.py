@@ -2,6 +2,7 @@
 """Look-ahead planner: path times, corners, limits by differences, streaming, odd programs."""
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -336,11 +337,9 @@ def test_odd_paths__a_million__never_stall_nor_lose_a_part_of_their_way(first):
 def test_odd_paths__machine_slower_than_the_bound_allows__is_a_stall(monkeypatch, capsys):
     tool = replace(SMOOTH.limits.tool, speed=1e-3)
     slow = replace(SMOOTH, limits=replace(SMOOTH.limits, tool=tool))
-    with pytest.raises(stress.StalledError, match="odd block 0: .* s expected"):
-        stress.odd_block(0, slow)
     monkeypatch.setattr(stress, "LookaheadSettings", lambda: slow)
     assert stress.main(["--odd", "--first", "0", "--count", "1"]) == 1
-    assert "error: odd block 0" in capsys.readouterr().out
+    assert re.search("error: odd block 0: .* s expected", capsys.readouterr().out)
 
 
 def test_dwell__between_moves__rests_for_its_time():

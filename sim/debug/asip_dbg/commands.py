@@ -197,8 +197,8 @@ class Commands:
 
     @command("watch", "wa", usage="NAME [if EXPRESSION]")
     def watch(self, rest: str) -> None:
-        """Stop behind each write of a value, register or output. The core stops a few bundles
-        later, when the write is done.
+        """Stop after each write of a value, register or output, or when a store changes a word of
+        a table: watch table[3]. The core stops a few bundles later, when the write is done.
         """
         name, condition = condition_of(rest)
         if not name:

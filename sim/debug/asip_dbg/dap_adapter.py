@@ -28,7 +28,7 @@ from sim.debug.asip_dbg.expressions import is_name
 from sim.debug.asip_dbg.options import open_session
 from sim.debug.asip_dbg.program import ProgramError
 from sim.debug.asip_dbg.session import Session, Stop
-from sim.debug.asip_dbg.values import format_word
+from sim.debug.asip_dbg.values import ValueMissing, format_word
 
 CAPABILITIES = (
     *("ConfigurationDoneRequest", "RestartRequest", "TerminateRequest", "ExceptionInfoRequest"),
@@ -297,8 +297,14 @@ class Adapter:
 
     def do_dataBreakpointInfo(self, arguments: Body) -> Body:
         name = str(arguments["name"])
-        values = self.session.program.map.named(name)
-        if not any(value.writes for value in values):
+        program = self.session.program
+        values = program.map.named(name)
+        try:
+            address = None if values else self.session.values.data_address(name)
+        except ValueMissing as error:
+            return {"dataId": None, "description": str(error)}
+        stored = address is not None and bool(program.stores(address))
+        if not stored and not any(value.writes for value in values):
             return {"dataId": None, "description": f"{name} is never written by the program"}
         return {"dataId": name, "description": name, "accessTypes": ["write"]}
 

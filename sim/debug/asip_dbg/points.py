@@ -83,8 +83,11 @@ class Message:
 
 @dataclass
 class Breakpoint:
-    """A breakpoint before the bundles of a location, or with `place` a watch of a register or
-    output, which stops only for writes of the value named `watch`, if that is given.
+    """A breakpoint before the bundles of a location, or with `place` a watch of a register, an
+    output or a data word. `watch`: the value whose writes alone stop, as registers are shared.
+
+    A data word is compared with `word`, its value before, in the bundles of the location, which
+    follow stores that may write it.
 
     A hit is a pass with the condition true. `ignored` hits do nothing; of the others `counted`
     chooses, and those stop the program, or write `message` if there is one.
@@ -95,6 +98,7 @@ class Breakpoint:
     temporary: bool = False
     watch: str = ""
     place: str = ""
+    word: int = 0
     counted: Hits | None = None
     message: Message | None = None
     enabled: bool = True
@@ -106,6 +110,11 @@ class Breakpoint:
     @property
     def kind(self) -> str:
         return "watch" if self.place else "breakpoint"
+
+    @property
+    def in_data(self) -> bool:
+        """Whether a data word is watched: by breakpoints, since the core cannot."""
+        return self.place.startswith("d")
 
     def passed(self, read: Read) -> tuple[bool, str]:
         """Count a pass; whether it acts, and why the condition has no value if it has none.

@@ -14,6 +14,7 @@ from asip_asm.debug_values import debug_map
 from asip_asm.disassemble import bundle_text, decode_bundle
 from asip_asm.files import read_bytes
 from asip_asm.image import SourceEntry
+from asip_asm.ir import ZERO
 from asip_asm.isa import default_isa
 from sim.debug.asip_run.inputs import image_of_file
 
@@ -101,6 +102,17 @@ class DebuggedProgram:
         labels = {address: name for name, address in self.image.labels.items()}
         names = {a: labels.get(a, str(a)) for a in range(isa.program_bundles)}
         return bundle_text(decoded, isa, names)
+
+    def stores(self, address: int) -> list[int]:
+        """Bundles with a store that may write a data word: its address is this or is computed."""
+        isa, found = default_isa(), []
+        for bundle, word in enumerate(self.image.bundles):
+            slots = decode_bundle(int(word, 16), self.image.configuration, isa).slots
+            for operation in filter(None, slots):
+                if isa.operations[operation.mnemonic].control.get("store"):
+                    if operation.b != ZERO or operation.imm == address:
+                        found.append(bundle)
+        return found
 
     # ------------------------------------------------------------------ sources
     def lines(self, file: str) -> list[str]:

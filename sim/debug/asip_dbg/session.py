@@ -18,7 +18,7 @@ from sim.debug.asip_dbg.locations import Location, find_location
 from sim.debug.asip_dbg.points import Breakpoint, Hits, Message
 from sim.debug.asip_dbg.program import DebuggedProgram
 from sim.debug.asip_dbg.target import Kind, Status, Target
-from sim.debug.asip_dbg.values import Reading, ValueMissing, Values, bits_of
+from sim.debug.asip_dbg.values import Reading, ValueMissing, Values, bits_of, format_word
 from sim.debug.asip_run.inputs import parse_word
 
 SLICE = 0.05
@@ -162,6 +162,7 @@ class Session:
         if self.rows:
             self.values.inputs.update(self.rows[min(self.tick, len(self.rows) - 1)])
         self._arm()
+        self._look_at_data()
         self.target.begin(self.values.inputs, hold)
         self._ran = True
 
@@ -200,8 +201,7 @@ class Session:
             return self._tick_ended(asked)
         hits = self._hits(status)
         if hits:
-            text = "; ".join(f"{b.kind} {b.number}, {b.location.text}{why}" for b, why in hits)
-            return Stop(hits[0][0].kind, text, tuple(point.number for point, _ in hits))
+            return self._stopped_by(hits)
         if asked:
             return Stop("interrupt", f"halted at bundle {self.position}")
         if how in ("step", "start"):
@@ -212,6 +212,8 @@ class Session:
     def _tick_ended(self, asked: bool) -> Stop | None:
         self.tick += 1
         self._left -= 1
+        if hits := self._hits(self.status):  # the last bundle may store
+            return self._stopped_by(hits, f", end of tick {self.tick - 1}")
         if self._left > 0 and not asked:
             self._begin(hold=False)
             return None
@@ -221,12 +223,19 @@ class Session:
         """Breakpoints and watches that stop here, with what is to be said of their conditions."""
         found = []
         for point in list(self.breakpoints.values()):
-            here = self.position in point.location.bundles
-            if point.place and status.reason == "watch":
+            here = status.kind is Kind.IDLE or self.position in point.location.bundles
+            change = ""
+            if point.in_data:
+                change = self._changed(point) if point.enabled and here else ""
+                here = bool(change)
+            elif status.kind is Kind.IDLE:
+                here = False
+            elif point.place and status.reason == "watch":
                 here = self._watched()[status.which] is point and self._holds(point)
             if not (point.enabled and here):
                 continue
             acts, why = point.passed(self._number)
+            why = change + why
             if acts and point.message is not None:
                 self.log(point.message.filled(self._number) + why)
             elif acts:
@@ -236,6 +245,10 @@ class Session:
         if any(point.temporary for point, _ in found):
             self._arm()
         return found
+
+    def _stopped_by(self, hits: list[tuple[Breakpoint, str]], when: str = "") -> Stop:
+        text = "; ".join(f"{b.kind} {b.number}, {b.location.text}{why}" for b, why in hits)
+        return Stop(hits[0][0].kind, text + when, tuple(point.number for point, _ in hits))
 
     def _holds(self, point: Breakpoint) -> bool:
         """Whether the write was one of the watched value: registers are shared."""
@@ -256,9 +269,10 @@ class Session:
         word = bits_of(text)
         if word is None and text[:2].lower() == "0f":
             word = parse_word(text, "float")
-        if word is not None:
-            return self.values.set(name, word)
-        return self.values.set(name, None, self.evaluate(text))
+        number = 0.0 if word is not None else self.evaluate(text)
+        reading = self.values.set(name, word, number)
+        self._look_at_data()
+        return reading
 
     # ------------------------------------------------------------------ breakpoints
     def location(self, text: str) -> Location:
@@ -290,8 +304,11 @@ class Session:
         return expression
 
     def add_watch(self, name: str, condition: str = "", hits: str = "") -> Breakpoint:
-        """Watch of a value, register or output. Raises what `add_breakpoint` raises."""
+        """Watch of a value, register, output or word of a table. Raises as `add_breakpoint`."""
         values = self.program.map.named(name)
+        address = None if values else self.values.data_address(name)
+        if address is not None:
+            return self._add_data_watch(name, address, condition, hits)
         places = list(dict.fromkeys(value.place for value in values if value.writes))
         if not places:
             try:
@@ -313,6 +330,31 @@ class Session:
         parsed, counted = self._parsed(condition), Hits.parse(hits)
         point = Breakpoint(location, parsed, watch=base, place=places[0], counted=counted)
         return self._add(point)
+
+    def _add_data_watch(self, name: str, address: int, condition: str, hits: str) -> Breakpoint:
+        stores = self.program.stores(address)
+        if not stores:
+            raise SessionError(f"{name} is never written by the program")
+        follow = self.program.map.following
+        bundles = sorted({i for store in stores for i in follow(store)} - {self.program.bundles})
+        location = Location(tuple(bundles), f"{name} in d{address}")
+        parsed, counted = self._parsed(condition), Hits.parse(hits)
+        point = Breakpoint(location, parsed, place=f"d{address}", counted=counted)
+        point.word = self.target.read(point.place)
+        return self._add(point)
+
+    def _changed(self, point: Breakpoint) -> str:
+        """What a watched data word was and is, empty if it is the same; it is looked at anew."""
+        before, point.word = point.word, self.target.read(point.place)
+        if before == point.word:
+            return ""
+        return f": {format_word(before, 'float')} -> {format_word(point.word, 'float')}"
+
+    def _look_at_data(self) -> None:
+        """Take watched data words as they are: what changed them was no store of the program."""
+        for point in self.breakpoints.values():
+            if point.in_data:
+                point.word = self.target.read(point.place)
 
     def _add(self, point: Breakpoint) -> Breakpoint:
         point.number = self._next_number
@@ -380,7 +422,7 @@ class Session:
         return self.breakpoints[number]
 
     def _watched(self) -> list[Breakpoint]:
-        return [p for p in self.breakpoints.values() if p.place and p.enabled]
+        return [p for p in self.breakpoints.values() if p.place and p.enabled and not p.in_data]
 
     def _arm(self) -> None:
         """Give breakpoints and watches to the target. Raises SessionError, with those that it has

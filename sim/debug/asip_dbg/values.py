@@ -131,12 +131,12 @@ class Values:
             return self._found(name, where)
         if name in self._places or self._is_place(name):
             return self._register(name, self._places.get(name, name.lstrip("$")))
-        address = self._data_address(name)
+        address = self.data_address(name)
         if address is not None:
             return Reading(name, "float", self.target_word(f"d{address}"), f"d{address}", "data")
         raise ValueMissing(self._unknown(name))
 
-    def _data_address(self, name: str) -> int | None:
+    def data_address(self, name: str) -> int | None:
         """Address of a word of a table, None if the name is none. Raises ValueMissing."""
         match = _DATA.fullmatch(name)
         tables = self.program.image.data_names
@@ -156,7 +156,7 @@ class Values:
         """Refuse a name that no place of the program has. Raises ValueMissing."""
         if name in self.inputs or self.program.map.named(name) or self._is_place(name):
             return
-        if name in self._places or self._data_address(name) is not None:
+        if name in self._places or self.data_address(name) is not None:
             return
         raise ValueMissing(self._unknown(name))
 
