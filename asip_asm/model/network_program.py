@@ -42,7 +42,22 @@ def compile_network(law: Law, options: Options, machine: Machine) -> Compiled:
             f"{law.title}: a network on streams has no other sums, quotients or sines; leave out "
             "--reassociate, --reciprocal and --sine, or take --config fast"
         )
+    check_ports(law)
+    if machine.build.lanes:
+        from asip_asm.model.lane_program import lane_plan
+
+        return compiled(lane_plan(law, network, machine), law)
     return compiled(network_plan(law, network, machine), law)
+
+
+def check_ports(law: Law) -> None:
+    """Raises ModelError unless the signals are inputs and outputs of floats."""
+    odd = [p for p in law.ports if p.kind not in ("input", "output") or p.type != "float"]
+    if odd:
+        raise ModelError(
+            f"{law.title}: '{odd[0].name}' is a {odd[0].kind} of type {odd[0].type}; a network "
+            "on streams has inputs and outputs of floats alone: take --config fast"
+        )
 
 
 def network_plan(law: Law, network: Network, machine: Machine) -> Plan:
@@ -63,12 +78,6 @@ def network_plan(law: Law, network: Network, machine: Machine) -> Plan:
 class _Maker:
     def __init__(self, law: Law, network: Network, machine: Machine, rows: Sequence[int]) -> None:
         self.law, self.network = law, network
-        odd = [p for p in law.ports if p.kind not in ("input", "output") or p.type != "float"]
-        if odd:
-            raise ModelError(
-                f"{law.title}: '{odd[0].name}' is a {odd[0].kind} of type {odd[0].type}; a network "
-                "on streams has inputs and outputs of floats alone: take --config fast"
-            )
         inputs = [port.name for port in law.of_kind("input")]
         outputs = {port.name: port.safe for port in law.of_kind("output")}
         self.plan = Plan(law.title, inputs, outputs, machine)
