@@ -73,10 +73,12 @@ class LaneFunction:
             found = self._sum(*args)
         elif node.op == "fsub" and isinstance(args[1], float):
             found = self._product(1, 1, args[0], 1.0, -args[1])
-        elif node.op == "fsat" and args[1:] == [LEAST, 0.0]:
+        elif node.op == "fsat" and [*map(self.graph.constant, node.args[1:])] == [LEAST, 0.0]:
             found = "vbelow", (args[0], 1.0)
-        elif node.op == "fmax" and 0.0 in args:
-            found = "vabove", (next(arg for arg in args if arg != 0.0), 1.0, 0.0)
+        elif node.op == "fmax" and self.graph.constant(node.args[1]) == 0.0:
+            found = "vabove", (args[0], 1.0, 0.0)
+        elif node.op == "fmax" and self.graph.constant(node.args[0]) == 0.0:
+            found = "vabove", (args[1], 1.0, 0.0)
         elif node.op == "selgt" and node.args[0] == node.args[1] and self._below(node):
             found = "vabove", (args[0], 1.0, args[2])
         elif node.op == "f2i":
@@ -130,7 +132,7 @@ class LaneFunction:
         for one, other in ((a, b), (b, a)):
             if isinstance(one, int) and self.steps.get(one, ("",))[0] == "vabove":
                 argument, _, nothing = self.steps[one][1]
-                if nothing == 0.0:
+                if isinstance(nothing, float) and nothing == 0.0:
                     return "vabove", (argument, 1.0, other)
         return self._product(1, 1, a, 1.0, b)
 

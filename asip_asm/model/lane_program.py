@@ -15,7 +15,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from asip_asm.isa import default_isa
 from asip_asm.machine import Machine
 from asip_asm.model.lane_functions import LaneFunction, core_graph
 from asip_asm.model.law import Law, Port
@@ -272,8 +271,3 @@ class _Maker:
         if activation is not None and (block.split or not (function and function.usable)):
             values = [activate(plan, activation, value) for value in values[: block.rows]]
         return values if block.count > 1 else values[: block.rows]
-
-
-def fits(plan: Plan) -> bool:
-    """Whether the program memory has room for the plan."""
-    return plan.bundles() <= default_isa().program_bundles
