@@ -2,12 +2,12 @@
 """What an operation computes, as isa.toml states it: expressions over 32-bit words.
 
 The language is that of Python's expressions: `x if truth else y`, `and or not`, comparisons of
-binary32 numbers (`< <= > >= == !=`, quiet; false with a NaN, but `!=`), `nan(x)`,
-`signalling(x)`, `negative(x)` (sign bit), `& | ^` and `+ -` of 32-bit patterns modulo 2^32, `-x`
-(sign bit inverted), `power(x)` (2^n, n the integer in the lowest 8 bits of x), integers (bits), decimal numbers (binary32), NAN (canonical), and IEEE 754
-operations that round to nearest even and raise their flags: fma, mul, add, div, sqrt, sin, cos,
-from_int, to_int, to_int_truncated. A `Backend` says what each of them is in a model, in C++ or in a
-proof.
+binary32 numbers (`< <= > >= == !=`, quiet; false with a NaN, but `!=`), `nan(x)`, `signalling(x)`,
+`negative(x)` (sign bit), `& | ^` and `+ -` of 32-bit patterns modulo 2^32, `-x` (sign bit
+inverted), `power(x)` (2^n, n the integer in the lowest 8 bits of x), integers (bits), decimal
+numbers (binary32), NAN (canonical), and IEEE 754 operations that round to nearest even and raise
+their flags: fma, mul, add, div, sqrt, sin, cos, from_int, to_int, to_int_truncated. A `Backend`
+says what each of them is in a model, in C++ or in a proof.
 """
 
 from __future__ import annotations

@@ -3,12 +3,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 from asip_asm.machine import Machine
 from asip_asm.model.expand import LEAST, MAGIC, STEP, expand_functions
 from asip_asm.model.graph import Graph, Node
-from asip_asm.model.plan import Operand, Plan
+from asip_asm.model.plan import Plan
+from asip_asm.model.plan_items import Operand
 from asip_asm.model.read import Scalars, read_function
 from asip_asm.model.simplify import simplify
 from asip_asm.model.sums import SumBuilder
@@ -66,11 +65,11 @@ class LaneFunction:
         if node.op in ("input", "const"):
             return True
         if node.op in PRODUCTS:
-            found = self._product(*PRODUCTS[node.op], *args)
+            found = self._product(*PRODUCTS[node.op], args[0], args[1], args[2])
         elif node.op == "fmul":
-            found = self._product(1, 1, *args, 0.0)
+            found = self._product(1, 1, args[0], args[1], 0.0)
         elif node.op == "fadd":
-            found = self._sum(*args)
+            found = self._sum(args[0], args[1])
         elif node.op == "fsub" and isinstance(args[1], float):
             found = self._product(1, 1, args[0], 1.0, -args[1])
         elif node.op == "fsat" and [*map(self.graph.constant, node.args[1:])] == [LEAST, 0.0]:
@@ -135,5 +134,3 @@ class LaneFunction:
                 if isinstance(nothing, float) and nothing == 0.0:
                     return "vabove", (argument, 1.0, other)
         return self._product(1, 1, a, 1.0, b)
-
-

@@ -20,8 +20,8 @@ from asip_asm.model.lane_functions import LaneFunction, core_graph
 from asip_asm.model.law import Law, Port
 from asip_asm.model.network_program import activate
 from asip_asm.model.onnx_layers import Layer, Network
-from asip_asm.model.plan import Operand, Plan, Vectors
-from asip_asm.model.plan_items import PIPES
+from asip_asm.model.plan import Plan
+from asip_asm.model.plan_items import PIPES, Operand, Vectors
 from asip_asm.model.read import ModelError
 
 MOST = 8

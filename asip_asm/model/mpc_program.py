@@ -21,7 +21,8 @@ import numpy as np
 from asip_asm.machine import Machine
 from asip_asm.model.law import Law, Port
 from asip_asm.model.mpc_problem import Problem, half_width, riccati
-from asip_asm.model.plan import Plan, Words
+from asip_asm.model.plan import Plan
+from asip_asm.model.plan_items import Words
 from asip_asm.model.read import ModelError
 
 STEP, BACK, ITERATION = "step", "back", "iteration"

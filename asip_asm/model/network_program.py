@@ -19,7 +19,8 @@ from asip_asm.model.law import Law
 from asip_asm.model.onnx_file import OnnxPolicy
 from asip_asm.model.onnx_layers import Layer, Network, dense_layers
 from asip_asm.model.options import SINES, Compiled, Options
-from asip_asm.model.plan import Operand, Plan, Words, compiled
+from asip_asm.model.plan import Plan, compiled
+from asip_asm.model.plan_items import Operand, Words
 from asip_asm.model.read import ModelError, Scalars, read_function
 from asip_asm.model.simplify import simplify
 from asip_asm.model.sums import SumBuilder

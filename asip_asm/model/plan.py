@@ -23,7 +23,7 @@ from asip_asm.model.emit import literal
 from asip_asm.model.graph import Graph
 from asip_asm.model.law import Law
 from asip_asm.model.options import Compiled, Options
-from asip_asm.model.plan_items import PIPES, Item, Loop, Op, Operand, Rewind, Vectors, Words
+from asip_asm.model.plan_items import PIPES, Item, Loop, Op, Operand, Rewind, Words
 from asip_asm.model.plan_run import VECTOR, Run
 from asip_asm.model.read import ModelError
 from asip_asm.search import Problem, build_problem, search
@@ -36,9 +36,6 @@ WAIT = 8
 """Cycles for an operation of the run, of which the watchdog never sees more."""
 COLUMNS = 8
 """Words of a stream in a line of text."""
-
-
-__all__ = ["Loop", "Op", "Operand", "Plan", "Rewind", "Vectors", "Words", "compiled", "stream_machine"]
 
 
 class Plan:

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A run of a plan on nodes of a graph: it lays out the streams and gives what the program computes.
-"""
+"""A run of a plan on nodes of a graph: it lays out the streams and gives the operations."""
 
 from __future__ import annotations
 

@@ -104,9 +104,7 @@ def test_not_a_number__stays_one_in_every_lane(name):
     stream = StreamEntry("s", "A", 0, words[:1], [[word] for word in words[1:]])
     addend = ["zero"] if name == "vabove" else []
     bundles = [(op("seek", imm=0),), (op(name, "a1", "s0", "k0", *addend),)]
-    bundles += [
-        (op("vout", f"a{10 + n}", "zero", "a1", imm=n, pipe=0),) for n in range(LANES)
-    ]
+    bundles += [(op("vout", f"a{10 + n}", "zero", "a1", imm=n, pipe=0),) for n in range(LANES)]
     got = bench.verify(
         bench.image("wide", [*bundles, HALT], {"k0": ONE}, outputs=0, streams=[stream])
     )

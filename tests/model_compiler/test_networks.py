@@ -14,7 +14,8 @@ from asip_asm.model.bound import bounds
 from asip_asm.model.compiler import Options, compile_law
 from asip_asm.model.exact import evaluate
 from asip_asm.model.law import load_law
-from asip_asm.model.plan import Plan, Words
+from asip_asm.model.plan import Plan
+from asip_asm.model.plan_items import Words
 from asip_asm.model.program import build
 from asip_asm.model.read import ModelError
 from sim.core.api import Core
