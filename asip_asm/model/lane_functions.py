@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Functions of each element on vectors: core operations of a function become those of the lanes."""
+"""Functions of each element: as operations on a number, and on vectors where the lanes have them."""
 
 from __future__ import annotations
 
@@ -22,6 +22,26 @@ def core_graph(function: Scalars, machine: Machine) -> Graph:
     nodes = read_function(function, real, [[real.add("input", value="x")]])
     real.outputs["y"] = nodes[0][0]
     return SumBuilder(expand_functions(simplify(real)), machine, False).run()
+
+
+def activate(plan: Plan, function: Scalars, value: str) -> str:
+    """Append a function of one number, as the compiler of scalar laws makes it."""
+    graph = core_graph(function, plan.machine)
+    names: dict[int, Operand] = {}
+    for i in graph.used():
+        node = graph.nodes[i]
+        if node.op == "input":
+            names[i] = value
+        elif node.op == "const":
+            names[i] = node.number
+        elif node.op == "int_const":
+            names[i] = int(node.number)
+        else:
+            names[i] = plan.op(node.op, *(names[arg] for arg in node.args))
+        if i in graph.functions:
+            called, args = graph.functions[i]
+            plan.mark(str(names[i]), called, [names[arg] for arg in args])
+    return str(names[graph.outputs["y"]])
 
 
 class LaneFunction:

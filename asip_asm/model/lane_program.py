@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asip_asm.machine import Machine
-from asip_asm.model.lane_functions import LaneFunction, core_graph
+from asip_asm.model.lane_functions import LaneFunction, activate, core_graph
 from asip_asm.model.law import Law, Port
-from asip_asm.model.network_program import activate
 from asip_asm.model.onnx_layers import Layer, Network
 from asip_asm.model.plan import Plan
 from asip_asm.model.plan_items import PIPES, Operand, Vectors

@@ -4,14 +4,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, cast
+from typing import Protocol, cast
 
+from asip_asm.machine import Machine
 from asip_asm.model.expand import LEAST, MAGIC, STEP
 from asip_asm.model.graph import Graph, Node
 from asip_asm.model.plan_items import PIPES, Item, Loop, Op, Operand, Rewind, Vectors, Words
 
-if TYPE_CHECKING:
-    from asip_asm.model.plan import Plan
+
+class Planned(Protocol):
+    """What a run reads and writes of a plan."""
+
+    title: str
+    machine: Machine
+    inputs: list[str]
+    outputs: dict[str, float]
+    spaces: dict[str, int]
+    marks: dict[str, tuple[str, Sequence[Operand]]]
+    items: list[Item]
+    graph: Graph
+    streams: dict[str, list[float]]
+    step_words: int
+    steps: int
 
 
 def _multiply_add(graph: Graph, a: int, b: int, c: int) -> int:
@@ -54,7 +68,7 @@ VECTOR = frozenset({*LANE, "vout"})
 class Run:
     """One run of a plan on nodes of its graph in place of numbers: `values` of words, `vectors`."""
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan: Planned) -> None:
         self.plan, self.graph = plan, plan.graph
         self.values = {name: self.graph.add("input", value=name) for name in plan.inputs}
         self.vectors: dict[str, list[int]] = {}
