@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Functions of each element: as operations on a number, and on vectors where the lanes have them."""
+"""Functions of each element: operations on a number, and on vectors where the lanes have them."""
 
 from __future__ import annotations
 
