@@ -57,6 +57,7 @@ class Plan:
         self.graph = Graph()
         self.streams: dict[str, list[float]] = {pipe: [] for pipe in PIPES}
         self.step_words = 1
+        self.reorder = False  # also parts whose pipes are chosen
         self.steps = 0
 
     # ------------------------------------------------------------------ making
@@ -227,15 +228,20 @@ class Plan:
         """The part as a trial schedule issues it, each word of a stream taken in the pipe where the
         schedule has its operation.
         """
-        if all(op.words is None or op.pipe for op in part):
+        if not any(op.words for op in part):
+            return part
+        if not self.reorder and all(op.words is None or op.pipe for op in part):
             return part
         machine = self.machine
         fma = [self._is_fma(op) for op in part]
         for op, pipe in zip(part, fma, strict=True):
             if pipe and op.dst in shared and op.dst not in pins:
                 held = list(pins.values())
-                pins[op.dst] = min(PIPES, key=held.count)
-        fixed = [pins.get(op.dst) if pipe else None for op, pipe in zip(part, fma, strict=True)]
+                pins[op.dst] = op.pipe or min(PIPES, key=held.count)
+        fixed = [
+            op.pipe or pins.get(op.dst) if pipe else None
+            for op, pipe in zip(part, fma, strict=True)
+        ]
         graph = build_graph([_operation(op) for op in part], machine)
         slots = [None if pin is None else PIPES.index(pin) for pin in fixed]
         problem: Problem = build_problem(graph, machine, slots)

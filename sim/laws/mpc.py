@@ -13,8 +13,9 @@ from asip_asm.image import Image
 from asip_asm.isa import default_isa
 from asip_asm.model.law import check_limits
 from asip_asm.model.mpc_bound import input_bounds
+from asip_asm.model.mpc_lane_program import mpc_plan
 from asip_asm.model.mpc_problem import Problem, half_width, load_problem
-from asip_asm.model.mpc_program import mpc_law, mpc_plan
+from asip_asm.model.mpc_program import mpc_law
 from asip_asm.model.plan import Plan, compiled, stream_machine
 from asip_asm.model.program import Built, build
 from asip_asm.model.read import ModelError
