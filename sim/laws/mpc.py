@@ -6,7 +6,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from asip_asm.c_image import to_c
+from asip_asm.c_image import c_files
 from asip_asm.command import command_parser, count, run_command
 from asip_asm.files import open_output, refuse_overwriting
 from asip_asm.image import Image
@@ -68,7 +68,7 @@ def _mpc(options: argparse.Namespace) -> int:
     texts = {
         ".asip.json": Image.dumps(built.image),
         ".asip.map.json": built.map.dumps(),
-        ".h": to_c(built.image, ""),
+        **c_files("", built.image),
         ".report.txt": "\n".join([*lines, "", built.report.render()]),
     }
     for end, text in texts.items():
