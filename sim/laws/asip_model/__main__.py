@@ -157,7 +157,7 @@ def _write(
         maps = link_maps(image, images, maps)
     else:
         (image,) = images.values()
-    texts = {f"{stem}.asip.json": Image.dumps(image), **c_files(stem, image)}
+    texts = {f"{stem}.asip.json": Image.dumps(image), **c_files(str(stem), image)}
     texts[f"{stem}.report.txt"] = "\n".join(
         one.report.render()
         + (
