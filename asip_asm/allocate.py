@@ -14,11 +14,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from asip_asm.ir import Bundle, Operation, Program, Region, Register, Virtual
+from asip_asm.isa import default_isa
 from asip_asm.liveness import region_liveness
 from asip_asm.machine import Machine, sources
 from asip_asm.schedule import state_storage
 
 BANKS = ("A", "B", "C")
+VECTOR_WRITERS = frozenset(
+    record.name for record in default_isa().of_unit("lanes") if "lane" not in record.operands
+)
 SPILL_WORK = 150_000
 """Values moved to data memory and back, times operations: bounds the allocation to seconds."""
 
@@ -273,7 +277,7 @@ class _Spiller:
             if op not in own:
                 local.difference_update((op.dst, op.a, op.b, op.c))
         # A word of data memory holds one lane.
-        vectors = {op.dst for op in own if op.mnemonic in ("vfmul", "vfmadd")}
+        vectors = {op.dst for op in own if op.mnemonic in VECTOR_WRITERS}
         return local - vectors - {export.value for export in self.program.exports}
 
     def _store(self, region: Region, symbol: Virtual, written: int, index: int) -> int:

@@ -15,6 +15,12 @@ WORDS_PER_LINE = 6
 CODE_SPAN = 64  # registers of a bank code
 
 
+def c_files(stem: str, image: Image, prefix: str = "") -> dict[str, str]:
+    """Text by name of the image in C; none for one with vectors, which the driver does not load."""
+    vectors = any(block.lanes for block in image.streams)
+    return {} if vectors else {f"{stem}.h": to_c(image, prefix)}
+
+
 def to_c(image: Image, prefix: str = "") -> str:
     """C99 text to be included by one source file; every name starts with `prefix`, an identifier,
     or without it with the program's title.

@@ -74,9 +74,11 @@ def decode_operation(word: int, slot: int, configuration: str, isa: Isa) -> Oper
         if (operation.imm or 0) > build.lanes or not build.lanes:
             raise DecodeError(f"configuration '{configuration}' has no such lanes")
         assert isinstance(operation.c, Register)
-        if operation.c.bank not in ("zero", build.result_bank(slot, unit)):
+        if record.every:
+            operation.lanes_of = slot
+        elif operation.c.bank not in ("zero", build.result_bank(slot, unit)):
             raise DecodeError(f"{record.name} adds a register of another bank")
-        if "lane" not in record.operands and operation.stream is None:
+        elif "lane" not in record.operands and operation.stream is None:
             raise DecodeError(f"{record.name} takes no word of its stream")
     if "stream" in record.operands and not build.stream_words:
         raise DecodeError(f"configuration '{configuration}' has no streams")

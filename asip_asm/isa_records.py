@@ -132,6 +132,11 @@ class OperationRecord:
         return "target" in self.operands
 
     @property
+    def every(self) -> bool:
+        """Whether registers of the pipe's own bank are vectors in all its operands."""
+        return "every" in self.control
+
+    @property
     def writes(self) -> bool:
         """Whether the operation has a destination."""
         return "dst" in self.operands

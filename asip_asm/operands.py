@@ -195,6 +195,38 @@ class Operands:
             self.reporter.take(error.diagnostic)
         return step
 
+    def _pipe_of(self, step: Step) -> int:
+        """Pipe of an operation on vectors and words. Raises SourceError unless its vectors are of
+        one pipe, and its words in a bank that no pipe writes.
+        """
+        operation, operands = step.operation, step.raw.operands
+        pipe = operation.stream
+        for kind in step.raw.record.sources:
+            name, found = step.reads.get(kind), getattr(operation, kind)
+            here = self.vectors.get(name) if name is not None else None
+            if name is None and isinstance(found, Register) and found.bank in STREAM_PINS:
+                here = STREAM_PINS.index(found.bank)
+            if here is None and isinstance(found, Virtual):
+                raise SourceError(
+                    operands[kind].place,
+                    f"'{operands[kind].text}' is no vector, constant or input",
+                    "vfmul v, W+, word makes a vector of a word with a stream of ones",
+                )
+            if here is not None and pipe is not None and here != pipe:
+                raise SourceError(
+                    operands[kind].place,
+                    f"'{operands[kind].text}' is no vector of pipe {STREAM_PINS[pipe]}",
+                    "write it in the pipe of the others",
+                )
+            pipe = here if here is not None else pipe
+        if pipe is None:
+            raise SourceError(
+                operands["a"].place,
+                f"{step.raw.record.name} has no vector among its operands",
+                "write one before with vfmul or vfmadd",
+            )
+        return pipe
+
     def _check_vectors(self, step: Step) -> None:
         """Raises SourceError unless vectors are written and read as such, in one pipe each."""
         operation, record, operands = step.operation, step.raw.record, step.raw.operands
@@ -228,20 +260,23 @@ class Operands:
         pipe = operation.stream
         if pipe is None and operands["a"].kind == "stream":
             return  # It is no such stream, which is reported.
-        if pipe is None:
+        if record.every:
+            pipe = operation.lanes_of = self._pipe_of(step)
+        elif pipe is None:
             raise SourceError(
                 operands["a"].place,
                 f"{record.name} multiplies the next vector of a stream",
                 "declare it with .vectors W, pin A = words, and write W+",
             )
         pin = STREAM_PINS[pipe]
-        if vector is not None and self.vectors.get(vector) != pipe:
+        if vector is not None and self.vectors.get(vector) != pipe and not record.every:
             raise SourceError(
                 operands["c"].place,
                 f"'{vector}' is no vector of pipe {pin}",
                 f"vectors of pipe {pin} come from its stream",
             )
-        if vector is None and isinstance(c, Register) and c.bank not in ("zero", pin):
+        other = vector is None and isinstance(c, Register) and c.bank not in ("zero", pin)
+        if other and isinstance(c, Register) and not record.every:
             raise SourceError(
                 operands["c"].place,
                 f"{register_name(c)} is no vector of pipe {pin}",

@@ -2,12 +2,12 @@
 """What an operation computes, as isa.toml states it: expressions over 32-bit words.
 
 The language is that of Python's expressions: `x if truth else y`, `and or not`, comparisons of
-binary32 numbers (`< <= > >= == !=`, quiet; false with a NaN, but `!=`), `nan(x)`,
-`signalling(x)`, `negative(x)` (sign bit), `& | ^` and `+ -` of 32-bit patterns modulo 2^32, `-x`
-(sign bit inverted), integers (bits), decimal numbers (binary32), NAN (canonical), and IEEE 754
-operations that round to nearest even and raise their flags: fma, mul, add, div, sqrt, sin, cos,
-from_int, to_int, to_int_truncated. A `Backend` says what each of them is in a model, in C++ or in a
-proof.
+binary32 numbers (`< <= > >= == !=`, quiet; false with a NaN, but `!=`), `nan(x)`, `signalling(x)`,
+`negative(x)` (sign bit), `& | ^` and `+ -` of 32-bit patterns modulo 2^32, `-x` (sign bit
+inverted), `power(x)` (2^n, n the integer in the lowest 8 bits of x), integers (bits), decimal
+numbers (binary32), NAN (canonical), and IEEE 754 operations that round to nearest even and raise
+their flags: fma, mul, add, div, sqrt, sin, cos, from_int, to_int, to_int_truncated. A `Backend`
+says what each of them is in a model, in C++ or in a proof.
 """
 
 from __future__ import annotations
@@ -65,6 +65,9 @@ class Backend(Protocol):
     def bits(self, operator: str, left: Any, right: Any) -> Any:
         """Word: '&', '|', '^' of the bits, '+', '-' modulo 2^32."""
 
+    def power(self, word: Any) -> Any:
+        """Word: 2^n of the int8 in the lowest bits; its exponent field is n + 127 modulo 256."""
+
     def rounded(self, name: str, words: Sequence[Any]) -> Any:
         """Word: an operation of `ROUNDED`."""
 
@@ -104,6 +107,8 @@ class _Walk:
             case ast.BinOp() if type(node.op) in _BITS:
                 words = self.word(node.left), self.word(node.right)
                 return backend.bits(_BITS[type(node.op)], *words)
+            case ast.Call(func=ast.Name(id="power"), args=[argument], keywords=[]):
+                return backend.power(self.word(argument))
             case ast.Call(func=ast.Name(id=name), keywords=[]) if name in ROUNDED:
                 if len(node.args) != ROUNDED[name]:
                     raise SemanticsError(f"{name} takes {ROUNDED[name]} words: {_text(node)}")

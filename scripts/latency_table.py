@@ -52,7 +52,7 @@ Exceptions to the rule:
   (counted as STALL_PORT); the scheduler avoids it.
 - A second write to a register waits for the first like a reader does.
 - An operation of a unit that does not take one in every cycle waits for its turn (STALL_UNIT).
-- Vectors (`vfmul`, `vfmadd`, `vout`) run in the lanes of the multiply-add pipes, of configuration
+- Vectors (`vfmul` and its kin) run in the lanes of the multiply-add pipes, of configuration
   `wide` alone, with the latencies of `fmul` and `fmadd` there (`tests/asip/test_lanes.py`).
 - Outputs can't be read back by a program, so a write to one delays nothing.
 """

@@ -21,6 +21,8 @@ PI = 3.141592653589793
 MAGIC = 12582912.0
 """1.5 * 2^23: adding it rounds to an integer."""
 ONE_BITS = 0x3F800000
+LEAST = -32.0
+"""Below it exp(x) - 1 is -1, with many digits to spare; the bound that lanes have."""
 STEP = 8388608.0
 """Of the exponent field of binary32."""
 EXP = (0.5, 0.1666666716337204, 0.041666269302368164, 0.008333264850080013,
@@ -134,7 +136,7 @@ class _Expander(Rewriter):
 
     def _expm1_below(self, x: int) -> int:
         """exp(min(x, 0)) - 1 = 2^k q + (2^k - 1), q = exp(r) - 1: nothing cancels, as 2^k <= 1."""
-        near = self.op("fsat", x, self.c(-30.0), self.c(0.0))
+        near = self.op("fsat", x, self.c(LEAST), self.c(0.0))
         shifted = self.fma(near, self.c(1 / LN2), self.c(MAGIC))
         k = self.op("fsub", shifted, self.c(MAGIC))
         power = self.op("f2i", self.fma(shifted, self.c(STEP), self.c((127 - MAGIC) * STEP)))

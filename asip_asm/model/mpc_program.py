@@ -14,6 +14,7 @@ loops write for the measured state, which no result depends on. The r in Q r is 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +22,8 @@ import numpy as np
 from asip_asm.machine import Machine
 from asip_asm.model.law import Law, Port
 from asip_asm.model.mpc_problem import Problem, half_width, riccati
-from asip_asm.model.plan import Plan, Words
+from asip_asm.model.plan import Plan
+from asip_asm.model.plan_items import Words
 from asip_asm.model.read import ModelError
 
 STEP, BACK, ITERATION = "step", "back", "iteration"
@@ -44,15 +46,17 @@ class Slot:
     size: int
 
 
-def slot_of(problem: Problem) -> Slot:
+def slot_of(problem: Problem, pulls: bool = True) -> Slot:
+    """Places of a step's words. pulls: whether h is one of them."""
     n, m, _ = problem.sizes
     states, inputs = problem.boxed()
-    counts = [len(states), len(states), len(inputs), len(inputs), m, m]
+    h = (len(states), len(inputs)) if pulls else (0, 0)
+    counts = [len(states), h[0], len(inputs), h[1], m, m]
     counts += [n if problem.reference == "trajectory" else 0]
     ends = np.cumsum([0, *counts])
     fields = [list(range(a, b)) for a, b in zip(ends, ends[1:], strict=False)]
-    w_x, h_x = (dict(zip(states, one, strict=True)) for one in fields[:2])
-    w_u, h_u = (dict(zip(inputs, one, strict=True)) for one in fields[2:4])
+    w_x, h_x = (dict(zip(states, one, strict=False)) for one in fields[:2])
+    w_u, h_u = (dict(zip(inputs, one, strict=False)) for one in fields[2:4])
     return Slot(w_x, h_x, w_u, h_u, fields[4], fields[5], fields[6], int(ends[-1]))
 
 
@@ -87,14 +91,11 @@ def mpc_law(problem: Problem) -> Law:
     return Law(problem.title, None, signals(problem), rate=1 / problem.sample_time)  # type: ignore[arg-type]  # not evaluated: the plan is made from the problem
 
 
-def mpc_plan(problem: Problem, machine: Machine) -> Plan:
-    """The finished plan. Raises ModelError where the core has no room."""
-    return _Maker(problem, machine).make()
+class Maker:
+    """Makes the plan of a problem; parts of it are other ones in lanes."""
 
-
-class _Maker:
-    def __init__(self, problem: Problem, machine: Machine) -> None:
-        self.problem, self.slot = problem, slot_of(problem)
+    def __init__(self, problem: Problem, machine: Machine, slot: Slot | None = None) -> None:
+        self.problem, self.slot = problem, slot or slot_of(problem)
         self.gains = riccati(problem)
         ports = signals(problem)
         inputs = [port.name for port in ports if port.kind == "input"]
@@ -144,18 +145,36 @@ class _Maker:
             self.index(problem.horizon - 1)
             self.gradients(self.limit_states(0, False), self.end, 0, self.p, self.r)
         plan.rewind()
-        for name in RESIDUALS:
-            plan.op("mov", 0.0, to=name)
+        self.clear()
         self.backward()
         self.forward(residuals=True)
         self.index(problem.horizon - 1)
         self.limit_states(0, True)
         for name, offset in zip(problem.inputs, self.slot.z, strict=True):
             plan.op("mov", plan.load("slot", self.address(offset)), to=name)
-        for name in RESIDUALS:
-            plan.op("fsqrt", name, to=f"{name}_residual")
+        self.finish_residuals()
         plan.finish()
         return plan
+
+    def clear(self) -> None:
+        """Largest residuals are found from zero on."""
+        for name in RESIDUALS:
+            self.plan.op("mov", 0.0, to=name)
+
+    def finish_residuals(self) -> None:
+        for name in RESIDUALS:
+            self.plan.op("fsqrt", name, to=f"{name}_residual")
+
+    def multiplied(self, matrix: np.ndarray, x: Sequence[str], into: Sequence[str]) -> list[str]:
+        """A product that is computed once; with `into` written to these names, by `settle`."""
+        return self.plan.product(Words(matrix), x, into=into)
+
+    def pulls_of_states(self, before: int) -> dict[int, str]:
+        """h of the boxed states of a step."""
+        return self.loaded(self.slot.h_x, before)
+
+    def pulls_of_inputs(self, before: int) -> dict[int, str]:
+        return self.loaded(self.slot.h_u, before)
 
     def references(self) -> None:
         """-weight * reference: `end` of the last step, `pull` of the others."""
@@ -166,9 +185,9 @@ class _Maker:
         if problem.reference == "none":
             return
         plan.rewind()
-        self.end = plan.product(Words(-problem.terminal), self.wanted, into=_names("end", n))
+        self.end = self.multiplied(-problem.terminal, self.wanted, _names("end", n))
         if problem.reference == "point":
-            self.pull = plan.product(Words(-problem.q), self.wanted, into=_names("pull", n))
+            self.pull = self.multiplied(-problem.q, self.wanted, _names("pull", n))
             plan.settle()
             return
         plan.settle()
@@ -179,7 +198,7 @@ class _Maker:
             for name, offset in zip(moved, self.slot.pull, strict=True):
                 plan.store(name, "slot", self.address(offset), "i")
             self.step(1)
-        last = plan.product(Words(-problem.q), [plan.load("end_ref", i) for i in range(n)])
+        last = self.multiplied(-problem.q, [plan.load("end_ref", i) for i in range(n)], ())
         for name, offset in zip(last, self.slot.pull, strict=True):
             plan.store(name, "slot", (steps - 1) * self.slot.size + offset)
         for i, name in enumerate(self.wanted):
@@ -191,8 +210,8 @@ class _Maker:
         """Gradients of a step's state and input, to the names of q and r if there are any."""
         rho_x, rho_u = self.problem.penalty
         n, m, _ = self.problem.sizes
-        h_x = h_x or self.loaded(self.slot.h_x, before)
-        h_u = self.loaded(self.slot.h_u, before)
+        h_x = h_x or self.pulls_of_states(before)
+        h_u = self.pulls_of_inputs(before)
         found_q = [
             self.gradient(h_x.get(i, ""), float(rho_x[i]), pull[i : i + 1], q[i] if q else "")
             for i in range(n)

@@ -13,16 +13,14 @@ import numpy as np
 
 from asip_asm.isa import default_isa
 from asip_asm.machine import Machine
-from asip_asm.model.expand import expand_functions
-from asip_asm.model.graph import Graph
+from asip_asm.model.lane_functions import activate
 from asip_asm.model.law import Law
 from asip_asm.model.onnx_file import OnnxPolicy
 from asip_asm.model.onnx_layers import Layer, Network, dense_layers
 from asip_asm.model.options import SINES, Compiled, Options
-from asip_asm.model.plan import Operand, Plan, Words, compiled
-from asip_asm.model.read import ModelError, Scalars, read_function
-from asip_asm.model.simplify import simplify
-from asip_asm.model.sums import SumBuilder
+from asip_asm.model.plan import Plan, compiled
+from asip_asm.model.plan_items import Words
+from asip_asm.model.read import ModelError
 
 BLOCKS = (32, 16)
 """Rows of a block, of which the shortest program that fits is taken."""
@@ -42,7 +40,22 @@ def compile_network(law: Law, options: Options, machine: Machine) -> Compiled:
             f"{law.title}: a network on streams has no other sums, quotients or sines; leave out "
             "--reassociate, --reciprocal and --sine, or take --config fast"
         )
+    check_ports(law)
+    if machine.build.lanes:
+        from asip_asm.model.lane_program import lane_plan
+
+        return compiled(lane_plan(law, network, machine), law)
     return compiled(network_plan(law, network, machine), law)
+
+
+def check_ports(law: Law) -> None:
+    """Raises ModelError unless the signals are inputs and outputs of floats."""
+    odd = [p for p in law.ports if p.kind not in ("input", "output") or p.type != "float"]
+    if odd:
+        raise ModelError(
+            f"{law.title}: '{odd[0].name}' is a {odd[0].kind} of type {odd[0].type}; a network "
+            "on streams has inputs and outputs of floats alone: take --config fast"
+        )
 
 
 def network_plan(law: Law, network: Network, machine: Machine) -> Plan:
@@ -63,12 +76,6 @@ def network_plan(law: Law, network: Network, machine: Machine) -> Plan:
 class _Maker:
     def __init__(self, law: Law, network: Network, machine: Machine, rows: Sequence[int]) -> None:
         self.law, self.network = law, network
-        odd = [p for p in law.ports if p.kind not in ("input", "output") or p.type != "float"]
-        if odd:
-            raise ModelError(
-                f"{law.title}: '{odd[0].name}' is a {odd[0].kind} of type {odd[0].type}; a network "
-                "on streams has inputs and outputs of floats alone: take --config fast"
-            )
         inputs = [port.name for port in law.of_kind("input")]
         outputs = {port.name: port.safe for port in law.of_kind("output")}
         self.plan = Plan(law.title, inputs, outputs, machine)
@@ -219,26 +226,3 @@ class _Block:
         bias = np.zeros(self.count * self.rows)
         bias[:rows] = layer.bias
         self.bias = bias.reshape(self.count, self.rows)
-
-
-def activate(plan: Plan, function: Scalars, value: str) -> str:
-    """Append a function of one number, as the compiler of scalar laws makes it."""
-    real = Graph()
-    nodes = read_function(function, real, [[real.add("input", value="x")]])
-    real.outputs["y"] = nodes[0][0]
-    graph = SumBuilder(expand_functions(simplify(real)), plan.machine, False).run()
-    names: dict[int, Operand] = {}
-    for i in graph.used():
-        node = graph.nodes[i]
-        if node.op == "input":
-            names[i] = value
-        elif node.op == "const":
-            names[i] = node.number
-        elif node.op == "int_const":
-            names[i] = int(node.number)
-        else:
-            names[i] = plan.op(node.op, *(names[arg] for arg in node.args))
-        if i in graph.functions:
-            called, args = graph.functions[i]
-            plan.mark(str(names[i]), called, [names[arg] for arg in args])
-    return str(names[graph.outputs["y"]])

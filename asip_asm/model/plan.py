@@ -12,24 +12,22 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from asip_asm.assembly_text import quoted
 from asip_asm.dependence import build_graph
 from asip_asm.ir import ZERO, Operation, Virtual
 from asip_asm.machine import Machine, load_machine
 from asip_asm.model.emit import literal
-from asip_asm.model.graph import Graph, Node
+from asip_asm.model.graph import Graph
 from asip_asm.model.law import Law
 from asip_asm.model.options import Compiled, Options
+from asip_asm.model.plan_items import PIPES, Item, Loop, Op, Operand, Rewind, Words
+from asip_asm.model.plan_run import VECTOR, Run
 from asip_asm.model.read import ModelError
 from asip_asm.search import Problem, build_problem, search
 
-PIPES = "AB"
 EFFORT = 40
 """Schedules tried for the order of a part."""
 NEGLIGIBLE = 2.0**-40
@@ -38,61 +36,6 @@ WAIT = 8
 """Cycles for an operation of the run, of which the watchdog never sees more."""
 COLUMNS = 8
 """Words of a stream in a line of text."""
-
-
-@dataclass(frozen=True, eq=False)
-class Words:
-    """A constant of a stream: `values` is indexed by the counters of the loops named in `axes`."""
-
-    values: NDArray[np.float64]
-    axes: tuple[str, ...] = ()
-
-    def at(self, counters: Mapping[str, int]) -> float:
-        return float(self.values[tuple(counters[axis] for axis in self.axes)])
-
-
-Operand = str | float | int | Words
-"""Name of a value, constant of bank K (an int: int32), or word of a stream."""
-
-
-@dataclass(eq=False)
-class Op:
-    """One operation. block, offset: of `ld` and `st`, whose index register is args[-1], if any.
-    pipe: of an operation that takes a word of a stream.
-    """
-
-    name: str
-    dst: str
-    args: tuple[Operand, ...]
-    block: str = ""
-    offset: int = 0
-    pipe: str = ""
-
-    @property
-    def words(self) -> Words | None:
-        return next((arg for arg in self.args if isinstance(arg, Words)), None)
-
-    def reads(self) -> list[str]:
-        return [arg for arg in self.args if isinstance(arg, str)]
-
-
-@dataclass(eq=False)
-class Loop:
-    """`body`, `count` times; its counter is `name`, from 0."""
-
-    name: str
-    count: int
-    body: list[Op | Loop | Rewind]
-
-
-@dataclass(eq=False)
-class Rewind:
-    """Both streams go on with the words after this place, also when it is reached again."""
-
-    places: dict[str, int] = field(default_factory=dict)
-
-
-Item = Op | Loop | Rewind
 
 
 class Plan:
@@ -113,6 +56,8 @@ class Plan:
         self._count = 0
         self.graph = Graph()
         self.streams: dict[str, list[float]] = {pipe: [] for pipe in PIPES}
+        self.step_words = 1
+        self.reorder = False  # also parts whose pipes are chosen
         self.steps = 0
 
     # ------------------------------------------------------------------ making
@@ -122,6 +67,17 @@ class Plan:
             self._count += 1
             to = f"t{self._count}"
         self._open[-1].append(Op(name, to, args))
+        return to
+
+    def vector(self, name: str, *args: Operand, pipe: str, to: str = "", lane: int = 0) -> str:
+        """Append an operation on vectors of a pipe, or `vout`; the name of its result. All words of
+        the streams are vectors then.
+        """
+        self.step_words = 1 + self.machine.build.lanes
+        to = self.op(name, *args, to=to)
+        made = self._open[-1][-1]
+        assert isinstance(made, Op)
+        made.pipe, made.lane = pipe, lane
         return to
 
     def load(self, block: str, offset: int, index: str = "", to: str = "") -> str:
@@ -206,10 +162,10 @@ class Plan:
         pins: dict[str, str] = {}
         words = dict.fromkeys(PIPES, 0)
         self.items = self._ordered(self.items, shared, pins, words, 1)
-        _Run(self).run()
+        Run(self).run()
         room = self.machine.build.stream_words
         for pipe, found in self.streams.items():
-            if len(found) > room:
+            if len(found) > room * self.step_words:
                 raise ModelError(
                     f"{self.title}: {len(found)} constants in the stream of pipe {pipe}, "
                     f"configuration {self.machine.configuration} has {room}; take fewer or smaller "
@@ -274,13 +230,18 @@ class Plan:
         """
         if not any(op.words for op in part):
             return part
+        if not self.reorder and all(op.words is None or op.pipe for op in part):
+            return part
         machine = self.machine
         fma = [self._is_fma(op) for op in part]
         for op, pipe in zip(part, fma, strict=True):
             if pipe and op.dst in shared and op.dst not in pins:
                 held = list(pins.values())
-                pins[op.dst] = min(PIPES, key=held.count)
-        fixed = [pins.get(op.dst) if pipe else None for op, pipe in zip(part, fma, strict=True)]
+                pins[op.dst] = op.pipe or min(PIPES, key=held.count)
+        fixed = [
+            op.pipe or pins.get(op.dst) if pipe else None
+            for op, pipe in zip(part, fma, strict=True)
+        ]
         graph = build_graph([_operation(op) for op in part], machine)
         slots = [None if pin is None else PIPES.index(pin) for pin in fixed]
         problem: Problem = build_problem(graph, machine, slots)
@@ -342,7 +303,7 @@ class Plan:
                     yield from self._work(item.body, (*path, item.name), times * item.count)
 
     def _is_fma(self, op: Op) -> bool:
-        return self.machine.unit(Operation(op.name)).name == "fma"
+        return self.machine.unit(Operation(op.name)).bank == "pipe"
 
     # ------------------------------------------------------------------ text
     def text(self) -> str:
@@ -355,8 +316,9 @@ class Plan:
         for pipe, found in self.streams.items():
             for k in range(0, len(found), COLUMNS):
                 name = f"w{pipe}, pin {pipe} = " if k == 0 else ""
+                kind = ".stream" if self.step_words == 1 else ".vectors"
                 values = ", ".join(literal(value) for value in found[k : k + COLUMNS])
-                rows.append(f".stream {name}{values}")
+                rows.append(f"{kind} {name}{values}")
         rows.append("")
         rows += self._lines(self.items, 1)
         return "\n".join([*rows, "        halt", ""])
@@ -388,9 +350,13 @@ def _operands(op: Op) -> Iterator[str]:
     for arg in op.args:
         if isinstance(arg, Words):
             yield f"w{op.pipe}+"
+        elif op.name in VECTOR and arg == 0.0:
+            yield "zero"
         else:
             text = literal(arg) if isinstance(arg, float) else str(arg)
             yield f"({text})" if text.startswith("-") else text
+    if op.name == "vout":
+        yield str(op.lane)
 
 
 def _operation(op: Op) -> Operation:
@@ -404,103 +370,6 @@ def _operation(op: Op) -> Operation:
     for name, source in zip("abc", sources, strict=False):
         setattr(made, name, source)
     return made
-
-
-class _Run:
-    """One run of a plan on nodes of its graph in place of numbers."""
-
-    def __init__(self, plan: Plan) -> None:
-        self.plan, self.graph = plan, plan.graph
-        self.values = {name: self.graph.add("input", value=name) for name in plan.inputs}
-        self.integers: dict[str, int] = {}
-        self.memory: dict[tuple[str, int], int] = {}
-        self.begin: dict[tuple[str, int], int] = {}
-        self.place = dict.fromkeys(PIPES, 0)
-        self.counters: dict[str, int] = {}
-
-    def run(self) -> None:
-        self._items(self.plan.items)
-        self.graph.outputs = {name: self.values[name] for name in self.plan.outputs}
-        for key, node in self.begin.items():
-            if self.memory[key] == node:  # nothing writes it: it is zero, as loaded
-                self.graph.nodes[node] = Node("const", value=0.0)
-        held = {key: node for key, node in self.begin.items() if self.memory[key] != node}
-        names = {key: f"{key[0]}_{key[1]}" for key in held}
-        # A word counts as a state if an output depends on it, at once or through others.
-        needed: set[tuple[str, int]] = set()
-        while True:
-            self.graph.next_states = {names[key]: self.memory[key] for key in sorted(needed)}
-            used = set(self.graph.used())
-            found = {key for key, node in held.items() if node in used}
-            if found == needed:
-                break
-            needed = found
-
-    def _items(self, items: Sequence[Item]) -> None:
-        for item in items:
-            if isinstance(item, Loop):
-                for k in range(item.count):
-                    self.counters[item.name] = k
-                    self._items(item.body)
-            elif isinstance(item, Rewind):
-                for pipe in PIPES:
-                    self.place[pipe] = item.places.setdefault(pipe, len(self.plan.streams[pipe]))
-            else:
-                self._step(item)
-
-    def _step(self, op: Op) -> None:
-        self.plan.steps += 1
-        if op.name == "iadd" and all(self._whole(arg) for arg in op.args):
-            self.integers[op.dst] = sum(self._integer(arg) for arg in op.args)
-            return
-        if op.block:
-            self._memory(op)
-            return
-        args = [self._node(op, arg) for arg in op.args]
-        node = args[0] if op.name == "mov" else self.graph.add(op.name, *args)
-        self.values[op.dst] = node
-        if op.dst in self.plan.marks:
-            function, arguments = self.plan.marks[op.dst]
-            nodes = tuple(self._node(op, each) for each in arguments)
-            self.graph.functions[node] = (function, nodes)
-
-    def _whole(self, arg: Operand) -> bool:
-        return isinstance(arg, int) or (isinstance(arg, str) and arg in self.integers)
-
-    def _integer(self, arg: Operand) -> int:
-        return self.integers[arg] if isinstance(arg, str) else cast(int, arg)  # of _whole()
-
-    def _node(self, op: Op, arg: Operand) -> int:
-        if isinstance(arg, str):
-            return self.values[arg]
-        if isinstance(arg, Words):
-            return self.graph.const(self._word(op.pipe, arg.at(self.counters)))
-        if isinstance(arg, int):
-            return self.graph.add("int_const", value=arg)
-        return self.graph.const(arg)
-
-    def _word(self, pipe: str, value: float) -> float:
-        stream, place = self.plan.streams[pipe], self.place[pipe]
-        if place == len(stream):
-            stream.append(value)
-        if stream[place] != value:
-            raise AssertionError(f"{self.plan.title}: word {place} of stream {pipe} has two values")
-        self.place[pipe] += 1
-        return value
-
-    def _memory(self, op: Op) -> None:
-        index = op.args[1:] if op.name == "st" else op.args
-        address = op.offset + sum(self._integer(arg) for arg in index)
-        if not 0 <= address < self.plan.spaces[op.block]:
-            raise AssertionError(f"{self.plan.title}: {op.block}+{address} is outside of its block")
-        key = (op.block, address)
-        if op.name == "st":
-            self.memory[key] = self.values[str(op.args[0])]
-            return
-        if key not in self.memory:
-            name = f"{op.block}_{address}"
-            self.memory[key] = self.begin[key] = self.graph.add("state", value=name)
-        self.values[op.dst] = self.memory[key]
 
 
 def compiled(plan: Plan, law: Law) -> Compiled:

@@ -377,12 +377,27 @@ module asip #(
       for (p = 0; p < FmaPipes; p++) begin : gen_pipe
         asip_pkg::decoded_t op_e1;
         logic [127:0] addend_e1;  // by lane
+        logic [2:0] vector_e1;  // by operand
+        localparam logic [2:0] Own = p == 0 ? asip_isa_pkg::BANK_A : asip_isa_pkg::BANK_B;
 
         assign op_e1                = ops_e1_q[OpWidth*p+:OpWidth];
         assign addend_e1[31:0]      = operand_e1[3*p+2];
         assign flags_lane[5*p*(Lanes+1)+:5] = '0;
-        assign operand_units[3*p]   = operand_e1[3*p];
-        assign operand_units[3*p+1] = operand_e1[3*p+1];
+        // Registers of the pipe's bank are vectors: in field c always, elsewhere if the operation says so.
+        assign vector_e1[0] = op_e1.every && op_e1.a[8:6] == Own;
+        assign vector_e1[1] = op_e1.every && op_e1.b[8:6] == Own;
+        assign vector_e1[2] = op_e1.c[8:6] == Own || op_e1.c[8:6] == asip_isa_pkg::BANK_ZERO;
+
+        asip_vector u_vector (
+            .power_i(op_e1.power),
+            .below_i(op_e1.below),
+            .above_i(op_e1.above),
+            .a_i    (operand_e1[3*p]),
+            .b_i    (operand_e1[3*p+1]),
+            .a_o    (operand_units[3*p]),
+            .b_o    (operand_units[3*p+1])
+        );
+
         assign operand_units[3*p+2] = op_e1.pick ? addend_e1[32*op_e1.b[1:0]+:32] : operand_e1[3*p+2];
 
         logic unused_op;
@@ -393,7 +408,7 @@ module asip #(
             asip_lane u_lane (
                 .clk_i,
                 .rst_ni       (rst_run_n),
-                .source_c_d_i (source_d[3*p+2]),
+                .source_d_i   (source_d[3*p+:3]),
                 .soon_i       (soon[p]),
                 .soon_index_i (soon_index[p]),
                 .next_i       (next[p]),
@@ -403,7 +418,12 @@ module asip #(
                 .word_r1_i    (words_r1[p][s]),
                 .start_e1_i   (valid_e1_q && op_e1.lanes && !op_e1.pick),
                 .kind_e1_i    (op_e1.fma_kind),
-                .factor_e1_i  (operand_e1[3*p+1]),
+                .power_e1_i   (op_e1.power),
+                .below_e1_i   (op_e1.below),
+                .above_e1_i   (op_e1.above),
+                .stream_e1_i  (op_e1.a[8:6] == asip_isa_pkg::BANK_S),
+                .vector_e1_i  (vector_e1),
+                .operand_e1_i (operand_e1[3*p+:3]),
                 .addend_e1_o  (addend_e1[32*s+:32]),
                 .flags_o      (flags_lane[5*(p*(Lanes+1)+s)+:5])
             );

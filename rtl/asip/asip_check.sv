@@ -27,8 +27,8 @@ module asip_check #(
     endcase
   endfunction
 
-  // A vector operation multiplies words of its stream, and adds registers of its own bank; field b of one that
-  // takes a lane is the lane.
+  // A vector operation multiplies words of its stream, and adds registers of its own bank, unless it takes every
+  // operand there is; field b of one that takes a lane is the lane.
   localparam logic [2:0] Own = Slot == 0 ? asip_isa_pkg::BANK_A : asip_isa_pkg::BANK_B;
   logic bad_b, bad_vector;
 
@@ -36,7 +36,8 @@ module asip_check #(
     if (Lanes != 0) begin : gen_vector
       logic foreign, bad_lane;
       assign foreign    = op_i.c[8:6] != Own && op_i.c[8:6] != asip_isa_pkg::BANK_ZERO;
-      assign bad_vector = op_i.lanes && (foreign || (!op_i.pick && op_i.a[8:6] != asip_isa_pkg::BANK_S));
+      assign bad_vector = op_i.lanes && !op_i.every &&
+                          (foreign || (!op_i.pick && op_i.a[8:6] != asip_isa_pkg::BANK_S));
       assign bad_lane   = op_i.b[8:6] != asip_isa_pkg::BANK_ZERO || 32'(op_i.b[5:0]) > Lanes;
       assign bad_b      = op_i.pick ? bad_lane : bad_source(op_i.b);
     end else begin : gen_no_vector

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_lane: a further lane of a multiply-add pipe: bank of registers, operands, arithmetic.
-// Contract: a vector operation of the pipe does here what it does in the pipe, in the same cycles: the first
-// operand is this lane's word of the stream, the second the pipe's own, the addend the register of the same
-// index here. Writes are those of the pipe's bank that a vector operation makes. addend_e1_o is the
-// register that the bundle names as addend, whatever its operation.
+// Contract: a vector operation of the pipe does here what it does in the pipe, in the same cycles. Of its operands
+// vector_e1_i are the registers of the same index here, `zero` among them; stream_e1_i is set if the first one
+// is this lane's word of the stream; the others are the pipe's own. Writes are those of the pipe's bank that a
+// vector operation makes. addend_e1_o is the register that the bundle names as addend, whatever its operation.
 module asip_lane (
     input  logic                 clk_i,
     input  logic                 rst_ni,
-    // from stage D: field c of the pipe's operation
-    input  logic [8:0]           source_c_d_i,
+    // from stage D: fields c, b, a of the pipe's operation
+    input  logic [2:0][8:0]      source_d_i,
     // from the write schedule of the pipe's bank: write-back in two cycles, in the next cycle, now
     input  logic                 soon_i,
     input  logic [5:0]           soon_index_i,
@@ -18,10 +18,15 @@ module asip_lane (
     input  logic [5:0]           write_index_i,
     // from the stream, R1
     input  logic [31:0]          word_r1_i,
-    // from the operand stage, E1
+    // from the operand stage, E1: operands c, b, a of the pipe
     input  logic                 start_e1_i,
     input  logic [1:0]           kind_e1_i,
-    input  logic [31:0]          factor_e1_i,
+    input  logic                 power_e1_i,
+    input  logic                 below_e1_i,
+    input  logic                 above_e1_i,
+    input  logic                 stream_e1_i,
+    input  logic [2:0]           vector_e1_i,
+    input  logic [2:0][31:0]     operand_e1_i,
     output logic [31:0]          addend_e1_o,
     output fp_pkg::flags_t       flags_o
 );
@@ -29,17 +34,26 @@ module asip_lane (
   localparam int unsigned Latency = fp_pkg::FP_FMA_LATENCY;
 
   logic [Latency-1:0] vector_q;  // operations of the lane on their way
-  logic here, soon, next, now, write, valid;
-  logic soon_r1_q, next_r1_q, now_r1_q, zero_r1_q, soon_r2_q, bypassed_r2_q;
-  logic [31:0] read_r1, read_r2_q, bypass_r2_q, last_q, word_r2_q, word_e1_q, addend_e1_q, result;
+  logic write, valid;
+  logic [2:0] here, soon, next, now;  // by operand
+  logic [2:0] soon_r1_q, next_r1_q, now_r1_q, zero_r1_q, soon_r2_q, bypassed_r2_q;
+  logic [2:0][5:0] index_d;
+  logic [2:0][31:0] read_r1, read_r2_q, bypass_r2_q, register_e1_q, operand_e1;
+  logic [31:0] last_q, word_r2_q, word_e1_q, result, a_e1, b_e1;
   fp_pkg::flags_t flags;
 
   // A write by another operation of the pipe leaves this lane as it is.
-  assign here  = source_c_d_i[8:6] != asip_isa_pkg::BANK_ZERO;
-  assign soon  = here && soon_i && vector_q[Latency-3] && soon_index_i == source_c_d_i[5:0];
-  assign next  = here && next_i && vector_q[Latency-2] && next_index_i == source_c_d_i[5:0];
   assign write = write_i && vector_q[Latency-1];
-  assign now   = here && write && write_index_i == source_c_d_i[5:0];
+
+  always_comb begin
+    for (int unsigned i = 0; i < 3; i++) begin
+      index_d[i] = source_d_i[i][5:0];
+      here[i]    = source_d_i[i][8:6] != asip_isa_pkg::BANK_ZERO;
+      soon[i]    = here[i] && soon_i && vector_q[Latency-3] && soon_index_i == index_d[i];
+      next[i]    = here[i] && next_i && vector_q[Latency-2] && next_index_i == index_d[i];
+      now[i]     = here[i] && write && write_index_i == index_d[i];
+    end
+  end
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) vector_q <= '0;
@@ -47,13 +61,13 @@ module asip_lane (
   end
 
   asip_regbank #(
-      .ReadPorts(1)
+      .ReadPorts(3)
   ) u_bank (
       .clk_i,
       .write_i      (write),
       .write_index_i(write_index_i),
       .write_data_i (result),
-      .read_index_i (source_c_d_i[5:0]),
+      .read_index_i (index_d),
       .read_data_o  (read_r1)
   );
 
@@ -62,18 +76,37 @@ module asip_lane (
     soon_r1_q     <= soon;
     next_r1_q     <= next;
     now_r1_q      <= now;
-    zero_r1_q     <= !here;
+    zero_r1_q     <= ~here;
     last_q        <= result;
     soon_r2_q     <= soon_r1_q;
-    bypassed_r2_q <= next_r1_q || now_r1_q || zero_r1_q;
-    bypass_r2_q   <= ({32{next_r1_q}} & result) | ({32{now_r1_q}} & last_q);
+    bypassed_r2_q <= next_r1_q | now_r1_q | zero_r1_q;
     read_r2_q     <= read_r1;
     word_r2_q     <= word_r1_i;
     word_e1_q     <= word_r2_q;
-    if (soon_r2_q) addend_e1_q <= result;
-    else if (bypassed_r2_q) addend_e1_q <= bypass_r2_q;
-    else addend_e1_q <= read_r2_q;
+    for (int unsigned i = 0; i < 3; i++) begin
+      bypass_r2_q[i] <= ({32{next_r1_q[i]}} & result) | ({32{now_r1_q[i]}} & last_q);
+      if (soon_r2_q[i]) register_e1_q[i] <= result;
+      else if (bypassed_r2_q[i]) register_e1_q[i] <= bypass_r2_q[i];
+      else register_e1_q[i] <= read_r2_q[i];
+    end
   end
+
+  always_comb begin
+    for (int unsigned i = 0; i < 3; i++) begin
+      operand_e1[i] = vector_e1_i[i] ? register_e1_q[i] : operand_e1_i[i];
+    end
+    if (stream_e1_i) operand_e1[0] = word_e1_q;
+  end
+
+  asip_vector u_vector (
+      .power_i(power_e1_i),
+      .below_i(below_e1_i),
+      .above_i(above_e1_i),
+      .a_i    (operand_e1[0]),
+      .b_i    (operand_e1[1]),
+      .a_o    (a_e1),
+      .b_o    (b_e1)
+  );
 
   fp_fma u_fma (
       .clk_i,
@@ -82,15 +115,15 @@ module asip_lane (
       .kind_i       (kind_e1_i),
       .neg_product_i(1'b0),
       .neg_addend_i (1'b0),
-      .a_i          (word_e1_q),
-      .b_i          (factor_e1_i),
-      .c_i          (addend_e1_q),
+      .a_i          (a_e1),
+      .b_i          (b_e1),
+      .c_i          (operand_e1[2]),
       .valid_o      (valid),
       .result_o     (result),
       .flags_o      (flags)
   );
 
-  assign addend_e1_o = addend_e1_q;
+  assign addend_e1_o = register_e1_q[2];
   assign flags_o     = valid ? flags : '0;
 
 endmodule

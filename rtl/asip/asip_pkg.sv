@@ -13,6 +13,10 @@ package asip_pkg;
     logic        lanes;          // multiply-add in all lanes of a pipe (`wide` only)
     logic [1:0]  lanes_kind;
     logic        pick;
+    logic        every;
+    logic        power;
+    logic        below;
+    logic        above;
     logic        divsqrt;        // division and square root
     logic        sqrt;
     logic        cmp;            // compare, select, saturate, sign, move, integer add
@@ -38,11 +42,11 @@ package asip_pkg;
     logic [15:0] imm;
     logic        illegal;
   } decoded_t;
-  localparam int unsigned CONTROL_WIDTH = 28;  // of the control fields, the most significant ones
-  localparam int unsigned DECODED_WIDTH = 80;  // of decoded_t: Yosys knows no $bits
+  localparam int unsigned CONTROL_WIDTH = 32;  // of the control fields, the most significant ones
+  localparam int unsigned DECODED_WIDTH = 84;  // of decoded_t: Yosys knows no $bits
   // Control fields that only a core with streams, with loops has.
-  localparam logic [CONTROL_WIDTH-1:0] CONTROL_SEEK = {26'd0, 1'd1, 1'd0};
-  localparam logic [CONTROL_WIDTH-1:0] CONTROL_LOOP = {27'd0, 1'd1};
+  localparam logic [CONTROL_WIDTH-1:0] CONTROL_SEEK = {30'd0, 1'd1, 1'd0};
+  localparam logic [CONTROL_WIDTH-1:0] CONTROL_LOOP = {31'd0, 1'd1};
 
   // Control fields of an opcode; all are 0 for a nop and an opcode that does not exist.
   // A case of constants would be a ROM to Yosys, which moves the register of its address
@@ -51,115 +55,115 @@ package asip_pkg;
     control_of = '0;
     // jump
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_JMP}}
-                                & {23'd0, 1'd1, 4'd0});
+                                & {27'd0, 1'd1, 4'd0});
     // branch_zero
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_BZ}}
-                                & {24'd0, 1'd1, 3'd0});
+                                & {28'd0, 1'd1, 3'd0});
     // branch_nonzero
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_BNZ}}
-                                & {25'd0, 1'd1, 2'd0});
+                                & {29'd0, 1'd1, 2'd0});
     // store
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_ST}}
-                                & {22'd0, 1'd1, 5'd0});
+                                & {26'd0, 1'd1, 5'd0});
     // seek
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_SEEK}}
-                                & {26'd0, 1'd1, 1'd0});
+                                & {30'd0, 1'd1, 1'd0});
     // loop
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_LOOP}}
-                                & {27'd0, 1'd1});
+                                & {31'd0, 1'd1});
     // fma, fma_kind FMA_KIND_FMA
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FMADD}}
-                                & {1'd1, fp_pkg::FMA_KIND_FMA, 25'd0});
+                                & {1'd1, fp_pkg::FMA_KIND_FMA, 29'd0});
     // fma, fma_kind FMA_KIND_FMA, neg_product
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FNMSUB}}
-                                & {1'd1, fp_pkg::FMA_KIND_FMA, 1'd1, 24'd0});
+                                & {1'd1, fp_pkg::FMA_KIND_FMA, 1'd1, 28'd0});
     // fma, fma_kind FMA_KIND_FMA, neg_addend
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FMSUB}}
-                                & {1'd1, fp_pkg::FMA_KIND_FMA, 1'd0, 1'd1, 23'd0});
+                                & {1'd1, fp_pkg::FMA_KIND_FMA, 1'd0, 1'd1, 27'd0});
     // fma, fma_kind FMA_KIND_FMA, neg_product, neg_addend
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FNMADD}}
-                                & {1'd1, fp_pkg::FMA_KIND_FMA, 1'd1, 1'd1, 23'd0});
+                                & {1'd1, fp_pkg::FMA_KIND_FMA, 1'd1, 1'd1, 27'd0});
     // fma, fma_kind FMA_KIND_MUL
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FMUL}}
-                                & {1'd1, fp_pkg::FMA_KIND_MUL, 25'd0});
+                                & {1'd1, fp_pkg::FMA_KIND_MUL, 29'd0});
     // fma, fma_kind FMA_KIND_MUL, neg_product
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FNMUL}}
-                                & {1'd1, fp_pkg::FMA_KIND_MUL, 1'd1, 24'd0});
+                                & {1'd1, fp_pkg::FMA_KIND_MUL, 1'd1, 28'd0});
     // fma, fma_kind FMA_KIND_ADD
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FADD}}
-                                & {1'd1, fp_pkg::FMA_KIND_ADD, 25'd0});
+                                & {1'd1, fp_pkg::FMA_KIND_ADD, 29'd0});
     // fma, fma_kind FMA_KIND_ADD, neg_addend
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FSUB}}
-                                & {1'd1, fp_pkg::FMA_KIND_ADD, 1'd0, 1'd1, 23'd0});
+                                & {1'd1, fp_pkg::FMA_KIND_ADD, 1'd0, 1'd1, 27'd0});
     // cmp, cmp_op 0
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FEQ}}
-                                & {11'd0, 1'd1, 16'd0});
+                                & {15'd0, 1'd1, 16'd0});
     // cmp, cmp_op 1
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FLT}}
-                                & {11'd0, 1'd1, 4'd1, 12'd0});
+                                & {15'd0, 1'd1, 4'd1, 12'd0});
     // cmp, cmp_op 2
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FLE}}
-                                & {11'd0, 1'd1, 4'd2, 12'd0});
+                                & {15'd0, 1'd1, 4'd2, 12'd0});
     // cmp, cmp_op 3
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FMIN}}
-                                & {11'd0, 1'd1, 4'd3, 12'd0});
+                                & {15'd0, 1'd1, 4'd3, 12'd0});
     // cmp, cmp_op 4
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FMAX}}
-                                & {11'd0, 1'd1, 4'd4, 12'd0});
+                                & {15'd0, 1'd1, 4'd4, 12'd0});
     // cmp, cmp_op 5
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FABS}}
-                                & {11'd0, 1'd1, 4'd5, 12'd0});
+                                & {15'd0, 1'd1, 4'd5, 12'd0});
     // cmp, cmp_op 6
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FNEG}}
-                                & {11'd0, 1'd1, 4'd6, 12'd0});
+                                & {15'd0, 1'd1, 4'd6, 12'd0});
     // cmp, cmp_op 7
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_MOV}}
-                                & {11'd0, 1'd1, 4'd7, 12'd0});
+                                & {15'd0, 1'd1, 4'd7, 12'd0});
     // cmp, cmp_op 8
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FSGN}}
-                                & {11'd0, 1'd1, 4'd8, 12'd0});
+                                & {15'd0, 1'd1, 4'd8, 12'd0});
     // cmp, cmp_op 9
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FSAT}}
-                                & {11'd0, 1'd1, 4'd9, 12'd0});
+                                & {15'd0, 1'd1, 4'd9, 12'd0});
     // cmp, cmp_op 10
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_SEL}}
-                                & {11'd0, 1'd1, 4'd10, 12'd0});
+                                & {15'd0, 1'd1, 4'd10, 12'd0});
     // cmp, cmp_op 11
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_SELGE}}
-                                & {11'd0, 1'd1, 4'd11, 12'd0});
+                                & {15'd0, 1'd1, 4'd11, 12'd0});
     // cmp, cmp_op 12
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_SELGT}}
-                                & {11'd0, 1'd1, 4'd12, 12'd0});
+                                & {15'd0, 1'd1, 4'd12, 12'd0});
     // cmp, cmp_op 13
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_IADD}}
-                                & {11'd0, 1'd1, 4'd13, 12'd0});
+                                & {15'd0, 1'd1, 4'd13, 12'd0});
     // cmp, cmp_op 14
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_ISUB}}
-                                & {11'd0, 1'd1, 4'd14, 12'd0});
+                                & {15'd0, 1'd1, 4'd14, 12'd0});
     // divsqrt
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FDIV}}
-                                & {9'd0, 1'd1, 18'd0});
+                                & {13'd0, 1'd1, 18'd0});
     // divsqrt, sqrt
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FSQRT}}
-                                & {9'd0, 1'd1, 1'd1, 17'd0});
+                                & {13'd0, 1'd1, 1'd1, 17'd0});
     // sincos
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FSIN}}
-                                & {19'd0, 1'd1, 8'd0});
+                                & {23'd0, 1'd1, 8'd0});
     // sincos, cos
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_FCOS}}
-                                & {19'd0, 1'd1, 1'd1, 7'd0});
+                                & {23'd0, 1'd1, 1'd1, 7'd0});
     // i2f
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_I2F}}
-                                & {16'd0, 1'd1, 11'd0});
+                                & {20'd0, 1'd1, 11'd0});
     // f2i
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_F2I}}
-                                & {17'd0, 1'd1, 10'd0});
+                                & {21'd0, 1'd1, 10'd0});
     // f2i, truncate
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_F2IT}}
-                                & {17'd0, 1'd1, 1'd1, 9'd0});
+                                & {21'd0, 1'd1, 1'd1, 9'd0});
     // load
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_LD}}
-                                & {21'd0, 1'd1, 6'd0});
+                                & {25'd0, 1'd1, 6'd0});
   endfunction
 
   // Those that only a core with lanes knows.
@@ -167,13 +171,25 @@ package asip_pkg;
     lanes_control_of = '0;
     // lanes, lanes_kind FMA_KIND_FMA
     lanes_control_of = lanes_control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_VFMADD}}
-                                & {5'd0, 1'd1, fp_pkg::FMA_KIND_FMA, 20'd0});
+                                & {5'd0, 1'd1, fp_pkg::FMA_KIND_FMA, 24'd0});
     // lanes, lanes_kind FMA_KIND_MUL
     lanes_control_of = lanes_control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_VFMUL}}
-                                & {5'd0, 1'd1, fp_pkg::FMA_KIND_MUL, 20'd0});
+                                & {5'd0, 1'd1, fp_pkg::FMA_KIND_MUL, 24'd0});
     // lanes, lanes_kind FMA_KIND_ADD, pick
     lanes_control_of = lanes_control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_VOUT}}
-                                & {5'd0, 1'd1, fp_pkg::FMA_KIND_ADD, 1'd1, 19'd0});
+                                & {5'd0, 1'd1, fp_pkg::FMA_KIND_ADD, 1'd1, 23'd0});
+    // lanes, lanes_kind FMA_KIND_FMA, every
+    lanes_control_of = lanes_control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_VMADD}}
+                                & {5'd0, 1'd1, fp_pkg::FMA_KIND_FMA, 1'd0, 1'd1, 22'd0});
+    // lanes, lanes_kind FMA_KIND_FMA, every, power
+    lanes_control_of = lanes_control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_VSCALE}}
+                                & {5'd0, 1'd1, fp_pkg::FMA_KIND_FMA, 1'd0, 1'd1, 1'd1, 21'd0});
+    // lanes, lanes_kind FMA_KIND_MUL, every, below
+    lanes_control_of = lanes_control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_VBELOW}}
+                                & {5'd0, 1'd1, fp_pkg::FMA_KIND_MUL, 1'd0, 1'd1, 1'd0, 1'd1, 20'd0});
+    // lanes, lanes_kind FMA_KIND_FMA, every, above
+    lanes_control_of = lanes_control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_VABOVE}}
+                                & {5'd0, 1'd1, fp_pkg::FMA_KIND_FMA, 1'd0, 1'd1, 2'd0, 1'd1, 19'd0});
   endfunction
   // END OF GENERATED PART
 

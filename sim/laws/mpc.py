@@ -6,15 +6,16 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from asip_asm.c_image import to_c
+from asip_asm.c_image import c_files
 from asip_asm.command import command_parser, count, run_command
 from asip_asm.files import open_output, refuse_overwriting
 from asip_asm.image import Image
 from asip_asm.isa import default_isa
 from asip_asm.model.law import check_limits
 from asip_asm.model.mpc_bound import input_bounds
+from asip_asm.model.mpc_lane_program import mpc_plan
 from asip_asm.model.mpc_problem import Problem, half_width, load_problem
-from asip_asm.model.mpc_program import mpc_law, mpc_plan
+from asip_asm.model.mpc_program import mpc_law
 from asip_asm.model.plan import Plan, compiled, stream_machine
 from asip_asm.model.program import Built, build
 from asip_asm.model.read import ModelError
@@ -67,7 +68,7 @@ def _mpc(options: argparse.Namespace) -> int:
     texts = {
         ".asip.json": Image.dumps(built.image),
         ".asip.map.json": built.map.dumps(),
-        ".h": to_c(built.image, ""),
+        **c_files("", built.image),
         ".report.txt": "\n".join([*lines, "", built.report.render()]),
     }
     for end, text in texts.items():

@@ -19,7 +19,8 @@ TRIPLES = (
     *(0x00000000, 0x80000000, 0x00000001, 0x80800000, 0x3F800000, 0xBF800001, 0x40490FDB),
     *(0x7F7FFFFF, 0x7F800000, 0xFF800000, 0x7FC00000, 0xFF800001),
 )
-ELSEWHERE = {"nop", "jmp", "bz", "bnz", "st", "ld", "seek", "loop", "vfmul", "vfmadd", "vout"}
+ELSEWHERE = {"nop", "jmp", "bz", "bnz", "st", "ld", "seek", "loop"}
+ELSEWHERE |= {op.name for op in ISA.of_unit("lanes")}
 WRITING = [name for name in ISA.operations if name not in ELSEWHERE]
 SINES = ("fsin", "fcos")
 

@@ -23,6 +23,7 @@ INSTRUCTIONS = {"fast": 10_000, "small": 5_000}  # executed at least, all progra
 REGISTERS = (8, 20)  # of each bank in use: many hazards, or few and collisions at the write port
 DATA_WORDS = 16
 STREAM_WORDS = 12  # few, so that seeks are frequent
+EVERY = [op.name for op in ISA.of_unit("lanes") if op.every]
 FMA = [name for name, record in ISA.operations.items() if record.unit == "fma"]
 AUX = [
     name
@@ -107,6 +108,12 @@ class Writer:
             names[2] = self.source()  # two constants may be crossed, which is an error
         return names
 
+    def operand(self, known: list[str]) -> str:
+        """Of an operation on vectors: one of these, or a word that is no register of a pipe."""
+        word = self.rng.choice(["zero", f"k{self.rng.randrange(self.registers)}",
+                                f"c{self.rng.randrange(self.registers)}"])  # fmt: skip
+        return self.rng.choice(known) if self.rng.random() < 0.6 else word
+
     def vector(self, bank: str) -> str:
         """A vector operation, or one that takes a lane of a register with a vector."""
         known, dst = sorted(self.vectors[bank]), f"{bank}{self.rng.randrange(self.registers)}"
@@ -114,6 +121,12 @@ class Writer:
         if known and self.rng.random() < 0.5:
             lane = self.rng.randrange(ISA.lanes_of_a_vector)
             return f"vout {dst}, {self.source()}, {self.rng.choice(known)}, {lane}"
+        if known and self.rng.random() < 0.5:
+            mnemonic = self.rng.choice(EVERY)
+            names = [self.operand(known) for _ in ISA.operations[mnemonic].sources]
+            names[self.rng.randrange(len(names))] = self.rng.choice(known)
+            self.vectors[bank].add(dst)
+            return f"{mnemonic} {dst}, {', '.join(names)}"
         if self.places.get(pin, STREAM_WORDS) == STREAM_WORDS:
             return self.line("fmul", dst)
         self.places[pin] += 1

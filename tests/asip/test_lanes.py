@@ -72,6 +72,45 @@ def test_vector__read_at_any_distance_from_its_write__every_lane(pipe, gap):
     assert lanes(got, pipe) == floats(12, 24, 36, 48)
 
 
+OPERANDS = """\
+.vectors N{pin}, pin {pin} = 1, -2, -40, 5, 12582912, 12582913, 12582917, 12582910
+"""
+
+
+@pytest.mark.parametrize("pipe", "ab")
+@pytest.mark.parametrize(
+    ("line", "want"),
+    [
+        ("vmadd {0}4, {0}1, {0}1, k1", (2, 5, 1601, 26)),
+        ("vmadd {0}4, {0}1, k2, {0}1", (3, -6, -120, 15)),
+        ("vmadd {0}4, k2, {0}1, zero", (2, -4, -80, 10)),
+        ("vscale {0}4, {0}1, {0}2, k1", (2, -3, -1279, 2.25)),
+        ("vbelow {0}4, {0}1, k2", (0, -4, -64, 0)),
+        ("vbelow {0}4, {0}1, {0}1", (0, 4, 1280, 0)),
+        ("vabove {0}4, {0}1, k2, {0}1", (3, -2, -40, 15)),
+    ],
+)
+def test_operands_of_a_vector_operation__every_lane(pipe, line, want):
+    pin = pipe.upper()
+    rows = [f"{{ seek N{pin} }}", f"{{ vfmul {pipe}1, {pin}+, k1 }}"]
+    rows += [f"{{ vfmul {pipe}2, {pin}+, k1 }}", f"{{ {line.format(pipe)} }}"]
+    got = bench.verify(program(*rows, *taken(pipe, 4), head=OPERANDS.format(pin=pin)))
+    assert lanes(got, pipe) == floats(*want)
+
+
+@pytest.mark.parametrize("name", ["vbelow", "vabove"])
+def test_not_a_number__stays_one_in_every_lane(name):
+    words = [f"{bits:08x}" for bits in (0x7FC00000, 0xFFC00001, 0x7F800001, ONE)]
+    stream = StreamEntry("s", "A", 0, words[:1], [[word] for word in words[1:]])
+    addend = ["zero"] if name == "vabove" else []
+    bundles = [(op("seek", imm=0),), (op(name, "a1", "s0", "k0", *addend),)]
+    bundles += [(op("vout", f"a{10 + n}", "zero", "a1", imm=n, pipe=0),) for n in range(LANES)]
+    got = bench.verify(
+        bench.image("wide", [*bundles, HALT], {"k0": ONE}, outputs=0, streams=[stream])
+    )
+    assert lanes(got, "a") == ["7fc00000"] * 3 + floats(0 if name == "vbelow" else 1)
+
+
 @pytest.mark.parametrize("pipe", "ab")
 @pytest.mark.parametrize("gap", range(12))
 def test_lane__taken_at_any_distance_from_its_write(pipe, gap):

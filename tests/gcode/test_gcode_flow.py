@@ -11,7 +11,7 @@ import tracemalloc
 import pytest
 
 from sim.motion.gcode import execution
-from sim.motion.gcode.execution import MAX_IDLE
+from sim.motion.gcode.execution import LINE_COST, MAX_AGAIN
 from sim.motion.gcode.interpreter import GcodeErrors, _Parser, parse, parse_file, stream
 from sim.motion.gcode.oracle import OracleError, differences, rs274
 from sim.motion.gcode.oword import ARGUMENTS
@@ -173,8 +173,20 @@ def test_calls_inside_calls__one_more_than_the_limit__are_refused_by_rs274_too()
 def test_loop_without_a_move__ends_with_its_place():
     (error,) = errors_of("G0 X1\n#1=0\n o1 while [#1 LT 1]\n#2=1\n o1 endwhile\nM2")
     assert (error.file, error.line, error.column) == ("part.ngc", 5, 2)
-    assert error.what == f"the program repeats {MAX_IDLE} times without a move that goes anywhere"
+    assert f"runs {MAX_AGAIN} characters of loops" in error.what and "without a move" in error.what
     assert "condition" in error.help
+
+
+@pytest.mark.parametrize("comment", ["", "(" + "-" * 200 + ")"])
+def test_loop_without_a_move__costs_by_its_characters(comment, monkeypatch):
+    monkeypatch.setattr(execution, "MAX_AGAIN", 10_000)
+    body = [f"G4 P1 {comment}", "o1 endwhile"]
+    rests = []
+    with pytest.raises(GcodeErrors):
+        for item in stream(["o1 while [1]", *body, "M2"]):
+            rests.append(item)
+    again = sum(len(line) + LINE_COST for line in ["o1 while [1]", *body])
+    assert abs(len(rests) - 10_000 / again) <= 2
 
 
 @pytest.mark.parametrize(
@@ -187,13 +199,13 @@ def test_loop_without_a_move__ends_with_its_place():
     ],
 )
 def test_endless__of_each_kind__ends(text, monkeypatch):
-    monkeypatch.setattr(execution, "MAX_IDLE", 50)
+    monkeypatch.setattr(execution, "MAX_AGAIN", 1000)
     (error,) = errors_of(text)
-    assert "repeats 50 times without a move" in error.what
+    assert "runs 1000 characters of loops and calls again" in error.what
 
 
 def test_loop_with_moves__longer_than_the_limit__runs(monkeypatch):
-    monkeypatch.setattr(execution, "MAX_IDLE", 50)
+    monkeypatch.setattr(execution, "MAX_AGAIN", 2000)
     assert len(xs("G91\no1 repeat [200]\nG0 X1\no1 endrepeat\nM2")) == 200
     assert len(parse("o1 repeat [50]\nG4 P1\no1 endrepeat\nM2").dwells) == 50
     with pytest.raises(GcodeErrors):  # rests alone go nowhere

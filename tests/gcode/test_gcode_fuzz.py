@@ -266,7 +266,7 @@ def test_reader__ten_thousand_random_programs__moves_or_located_mistakes():
 
 
 def test_reader__random_o_words__moves_or_located_mistakes(monkeypatch):
-    monkeypatch.setattr(execution, "MAX_IDLE", 500)
+    monkeypatch.setattr(execution, "MAX_AGAIN", 15_000)
     found = campaign("flow", 600, flow_program)
     assert min(found["moves"], found["mistakes"]) > 100
 
@@ -285,7 +285,7 @@ def test_reader__random_o_words__move_as_in_rs274():
 @pytest.mark.full
 @pytest.mark.parametrize("part", range(20))
 def test_reader__many_random_o_words__moves_or_located_mistakes(part, monkeypatch):
-    monkeypatch.setattr(execution, "MAX_IDLE", 500)
+    monkeypatch.setattr(execution, "MAX_AGAIN", 15_000)
     campaign(f"deep flow {part}", 5000, flow_program)
 
 

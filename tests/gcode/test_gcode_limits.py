@@ -42,7 +42,7 @@ def test_hard_input__has_a_limit_told_by_name(name, tmp_path, monkeypatch):
     text, line, what, help = HARD[name]
     file = tmp_path / "hard.ngc"
     file.write_text(text, encoding="latin-1")
-    monkeypatch.setattr(execution, "MAX_IDLE", 1000)
+    monkeypatch.setattr(execution, "MAX_AGAIN", 30_000)
     with pytest.raises(GcodeErrors) as caught:
         parse_file(file, ZERO)
     error = caught.value.errors[0]

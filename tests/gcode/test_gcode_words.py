@@ -199,7 +199,7 @@ MISTAKES = {
     ),
     "subprogram of itself": ("M98 P7\nM2\nO7\nM98 P7\nM99", 1, "M98", "deeper than 9", "at most 9"),
     "subprogram without moves": (
-        "M98 P7 L1000000\nM2\nO7\nM99", 1, "M99", "repeats 100000 times", "a loop or",
+        "M98 P7 L1000000\nM2\nO7\nM99", 1, "M99", "runs 1000000 characters", "a loop or",
     ),
     "end of no subprogram": ("G0 X1\nM99\nM2", 1, "M99", "outside of a subprogram", "M98 calls"),
     "O word inside": ("G0 X1 O100\nM2", 7, "O100", "O word after other words", "first in"),

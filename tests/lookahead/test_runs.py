@@ -141,6 +141,22 @@ def test_run__any_lines__within_limits_and_p_and_not_longer_than_stops(seed, tol
     assert run.summary.duration <= stops, what
 
 
+def test_run__table_that_turns_more_and_more__is_one_run_at_the_feed_of_the_tool():
+    # The way in path space of a millimetre of the tool grows from 1 to 1.2 mm.
+    turn = [4 * (k / 150) ** 2 for k in range(150)]
+    points = [(0.2 * k, 2 * math.sin(k / 40), 0.0, turn[k]) for k in range(150)]
+    moves = moves_along(points, feed=1200.0, tolerance=0.01)
+    deviation = Deviation(moves)
+    run = Lookahead(moves, SETTINGS)
+    blocks = list(deviation.watched(run.setpoints()))
+    assert (run.summary.blends, run.summary.turns) == (0, 0)
+    assert max(demand(blocks, SETTINGS.robot, SETTINGS.period).ratios(SETTINGS.limits).values()) < 1
+    assert max(deviation.path, deviation.corner) <= 0.0
+    tool = np.linalg.norm(np.concatenate([b.velocity[:, :3] for b in blocks]), axis=1)
+    assert tool.max() <= 0.02 * (1 + 1e-9)
+    assert np.median(tool) >= 0.02 * 0.998
+
+
 def test_run__sharp_corner_in_it__is_rounded_within_p_of_the_program():
     points = [(0.1 * k, 0.0, 0.0, 0.0) for k in range(8)]
     points += [(0.7, 0.1 * k, 0.0, 0.0) for k in range(1, 8)]

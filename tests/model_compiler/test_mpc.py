@@ -71,8 +71,18 @@ def test_program_has_the_interpreters_bits_and_the_doubles_values(reference, ter
     assert proof.warm_error < 1e-5
 
 
-def test_rtl_takes_the_cycles_that_were_announced(cart_problem, tmp_path):
-    built, _ = mpc.build_mpc(cart_problem, tmp_path / "cart.s")
+@pytest.mark.parametrize("reference", ["none", "point", "trajectory"])
+def test_program_in_lanes_has_the_interpreters_bits_and_the_doubles_values(reference, tmp_path):
+    problem = load_problem(cart(tmp_path, ('"trajectory"', f'"{reference}"')))
+    built, _ = mpc.build_mpc(problem, tmp_path / "cart.s", "wide")
+    proof = prove_mpc(problem, built.compiled, built.image, 2 * TICKS, SEED, "iss")
+    assert proof.passed, proof.lines()
+    assert proof.warm_error < 1e-5
+
+
+@pytest.mark.parametrize("configuration", ["stream", "wide"])
+def test_rtl_takes_the_cycles_that_were_announced(configuration, cart_problem, tmp_path):
+    built, _ = mpc.build_mpc(cart_problem, tmp_path / "cart.s", configuration)
     proof = prove_mpc(cart_problem, built.compiled, built.image, 2 * TICKS, SEED)
     assert proof.passed and proof.ticks == 2 * TICKS, proof.lines()
 

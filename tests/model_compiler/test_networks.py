@@ -14,7 +14,8 @@ from asip_asm.model.bound import bounds
 from asip_asm.model.compiler import Options, compile_law
 from asip_asm.model.exact import evaluate
 from asip_asm.model.law import load_law
-from asip_asm.model.plan import Plan, Words
+from asip_asm.model.plan import Plan
+from asip_asm.model.plan_items import Words
 from asip_asm.model.program import build
 from asip_asm.model.read import ModelError
 from sim.core.api import Core
@@ -23,7 +24,7 @@ from sim.laws.prove_onnx import evaluator_of, in_double
 from tests.model_compiler.onnx_models import interface, model, perceptron
 
 SEED = 38
-STREAM = Options(configuration="stream")
+STREAM, WIDE = (Options(configuration=name) for name in ("stream", "wide"))
 
 
 def written(folder, made: onnx.ModelProto, inputs: int, outputs: int, limit: float = 2.0):
@@ -32,12 +33,14 @@ def written(folder, made: onnx.ModelProto, inputs: int, outputs: int, limit: flo
     return folder / "policy.onnx", folder / "policy.interface.toml"
 
 
-def compared(folder, made: onnx.ModelProto, inputs: int, outputs: int, backend: str = "iss"):
+def compared(
+    folder, made: onnx.ModelProto, inputs: int, outputs: int, backend: str = "iss", options=STREAM
+):
     """Compile, run, and compare bits with the interpreter and values with ONNX Runtime; cycles of
     the runs and those announced.
     """
     law = load_law(*written(folder, made, inputs, outputs), whole=False)
-    built = build(compile_law(law, STREAM), folder / "policy.s")
+    built = build(compile_law(law, options), folder / "policy.s")
     x = np.random.default_rng(SEED).uniform(-2, 2, (25, inputs)).astype(np.float32)
     names = [port.name for port in law.of_kind("input")]
     values = {name: x[:, k] for k, name in enumerate(names)}
@@ -86,9 +89,41 @@ def test_sizes_that_do_not_fill_blocks_and_rounds(sizes, tmp_path):
     compared(tmp_path, perceptron(sizes, "Relu", SEED), sizes[0], sizes[-1])
 
 
-def test_rtl_takes_the_cycles_that_were_announced(tmp_path):
-    cycles, built = compared(tmp_path, perceptron((6, 34, 4), "Elu", SEED), 6, 4, "rtl")
+@pytest.mark.parametrize("options", [STREAM, WIDE], ids=lambda o: o.configuration)
+def test_rtl_takes_the_cycles_that_were_announced(options, tmp_path):
+    made = perceptron((6, 34, 4), "Elu", SEED)
+    cycles, built = compared(tmp_path, made, 6, 4, "rtl", options)
     assert set(cycles.tolist()) == {built.image.cycles}
+
+
+@pytest.mark.parametrize("activation", ["Relu", "Elu", "Tanh", "Softsign"])
+def test_network_in_lanes_has_the_interpreters_bits_and_onnx_runtimes_values(activation, tmp_path):
+    made = perceptron((5, 26, 3), activation, SEED)
+    _, built = compared(tmp_path, made, 5, 3, options=WIDE)
+    in_lanes = any(name in built.compiled.text for name in ("vabove", "vbelow"))
+    assert in_lanes == (activation in ("Relu", "Elu"))
+
+
+@pytest.mark.parametrize("alpha", [0.5, 1.7])
+def test_linear_part_and_scaled_exponential_in_lanes(alpha, tmp_path):
+    random = np.random.default_rng(SEED)
+    constants = {"v": random.normal(size=(20, 3)).astype(np.float32),
+                 "w": random.normal(size=(2, 20)).astype(np.float32)}  # fmt: skip
+    nodes = [
+        helper.make_node("Gemm", ["obs", "v"], ["a"], transB=1),
+        helper.make_node("Elu", ["a"], ["b"], alpha=alpha),
+        helper.make_node("Gemm", ["b", "w"], ["act"], transB=1),
+    ]
+    _, built = compared(
+        tmp_path, model(nodes, {"obs": [1, 3]}, {"act": [1, 2]}, constants), 3, 2, options=WIDE
+    )
+    assert "vabove" in built.compiled.text
+
+
+@pytest.mark.parametrize("sizes", [(1, 1), (3, 17), (2, 40, 2), (12, 33, 35, 1), (4, 130, 70, 3)])
+def test_sizes_that_do_not_fill_vectors_blocks_and_rounds(sizes, tmp_path):
+    made = perceptron(sizes, "Relu", SEED)
+    compared(tmp_path, made, sizes[0], sizes[-1], options=WIDE)
 
 
 def test_scaled_observations_and_products_in_a_row_join_the_weights(tmp_path):

@@ -180,6 +180,9 @@ class _Text:
     def bits(self, operator: str, left: str, right: str) -> str:
         return f"word(bits({left}) {operator} bits({right}))"
 
+    def power(self, word: str) -> str:
+        return f"word((bits({word}) + 127 & 255) << 23)"
+
     def rounded(self, name: str, words: Sequence[str]) -> str:
         return f"{name}({', '.join(words)})"
 

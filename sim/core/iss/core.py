@@ -259,15 +259,24 @@ class Iss:
 
     def _lane(self, op: Decoded, lane: list[Word]) -> Callable[[], None]:
         """Computes what a vector operation writes in a further lane, of which these are the
-        registers; the second operand is the pipe's own.
+        registers; operands that are no vectors are the pipe's own.
         """
         registers, writes, dst = self._registers, self._lane_writes, op.dst
         function = self._operations[op.mnemonic]
-        a, b, *addend = op.sources
         assert dst is not None
+        own = dst // isa.BANK_WORDS
+        places: list[tuple[list[Word], int]] = []
+        for i, code in enumerate(op.sources):
+            bank = code // isa.BANK_WORDS
+            vector = (
+                (bank == own and (i == 2 or op.mnemonic in isa.EVERY))
+                or (i == 2 and code == 0)
+                or (i == 0 and code >= isa.S_BASE)
+            )
+            places.append((lane if vector else registers, code))
 
         def compute() -> None:
-            value = function(lane[a], registers[b], *(lane[c] for c in addend))
+            value = function(*(words[code] for words, code in places))
             writes.append((lane, dst, value))
 
         return compute

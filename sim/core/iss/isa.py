@@ -31,6 +31,7 @@ K_BASE = BANK_WORDS * BANK_CODE["K"]
 S_BASE = BANK_WORDS * BANK_CODE["S"]  # operand codes of the next word of each stream
 PICK = frozenset(op.name for op in ISA.of_unit("lanes") if "lane" in op.operands)
 VECTOR = frozenset(op.name for op in ISA.of_unit("lanes")) - PICK
+EVERY = frozenset(op.name for op in ISA.of_unit("lanes") if op.every)
 OUTPUTS = ISA.outputs
 PROGRAM_BUNDLES = ISA.program_bundles
 DATA_WORDS = ISA.data_words
@@ -115,11 +116,12 @@ def decode_operation(word: int, slot: int, configuration: str) -> Decoded | None
     sources = tuple(_field(word, name) for name in record.sources)
     if unit.name == "lanes":
         own = BANK_CODE[build.result_bank(slot, unit)]
-        if _field(word, "c") // BANK_WORDS not in (own, BANK_CODE["zero"]):
+        foreign = _field(word, "c") // BANK_WORDS not in (own, BANK_CODE["zero"])
+        if foreign and not record.every:
             raise IllegalOperation(f"slot {slot}: {mnemonic} of a register of another bank")
         if "lane" in record.operands:
             imm = _field(word, "b")
-        elif sources[0] != S_BASE + slot:
+        elif sources[0] != S_BASE + slot and not record.every:
             raise IllegalOperation(f"slot {slot}: {mnemonic} of no word of the stream")
     return Decoded(mnemonic, sources, dst, output, imm)
 

@@ -11,7 +11,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from asip_asm.c_image import to_c
+from asip_asm.c_image import c_files
 from asip_asm.command import command_parser, count, duration, run_command
 from asip_asm.files import open_output, refuse_overwriting
 from asip_asm.image import Image, ImageError
@@ -157,7 +157,7 @@ def _write(
         maps = link_maps(image, images, maps)
     else:
         (image,) = images.values()
-    texts = {f"{stem}.asip.json": Image.dumps(image), f"{stem}.h": to_c(image, "")}
+    texts = {f"{stem}.asip.json": Image.dumps(image), **c_files(str(stem), image)}
     texts[f"{stem}.report.txt"] = "\n".join(
         one.report.render()
         + (

@@ -12,8 +12,8 @@ from sim.motion.gcode.expressions import Key
 from sim.motion.gcode.oword import CLOSING, O_LINE, Head, HeadReader
 from sim.motion.gcode.state import Modes, State
 
-MAX_IDLE = 100_000  # repeats and calls without a way between them
-MAX_AGAIN = 300_000  # lines of them
+MAX_AGAIN = 1_000_000  # characters that loops and calls run again without a move: a few seconds
+LINE_COST = 10  # characters that a line counts in addition to its own
 
 Line = tuple[int, str]
 """Number, from 1, and text."""
@@ -65,8 +65,7 @@ class Execution:
         self.kept: dict[int, Line] = {}
         self.bodies: dict[int, Line] = {}  # lines of subroutines
         self.searching = False
-        self.idle = 0  # repeats and calls, and
-        self.again = 0  # lines of them, since the last move
+        self.again = 0  # characters of lines that ran again since the last move
 
     @property
     def frame(self) -> Frame:
@@ -90,25 +89,16 @@ class Execution:
 
     def moved(self) -> None:
         """To be told of every move that goes anywhere: the program is not idle."""
-        self.idle = self.again = 0
+        self.again = 0
 
     def next(self) -> Line | None:
         """The line at self.at, which is advanced."""
         if self.kept and self.at == self.unread and not self.searching and not self.repeating():
             self.kept.clear()
-        self.again += self.at < self.unread
+        again = self.at < self.unread
         line = self.take(self.at)
         if line is not None:
-            if self.again > MAX_AGAIN:
-                self.mistakes.place(*line)
-                self.mistakes.report(
-                    1,
-                    line[1],
-                    f"the program runs {MAX_AGAIN} lines again without a move that goes anywhere",
-                    "a loop or recursion that ends or moves",
-                    "check the condition and that the loop changes what it asks for",
-                )
-                raise FlowStop
+            self.again += again * (len(line[1]) + LINE_COST)
             self.at += 1
         return line
 
@@ -184,11 +174,12 @@ class Execution:
                 )
 
     def count(self, head: Head) -> None:
-        self.idle += 1
-        if self.idle > MAX_IDLE:
+        """To be called where lines run again. Fails after more than MAX_AGAIN without a move."""
+        if self.again > MAX_AGAIN:
             self.fail(
                 head,
-                f"the program repeats {MAX_IDLE} times without a move that goes anywhere",
+                f"the program runs {MAX_AGAIN} characters of loops and calls again without a move "
+                "that goes anywhere",
                 "a loop or recursion that ends or moves",
                 "check the condition and that the loop changes what it asks for",
             )

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from sim.motion.gcode import table_frame
 from sim.motion.gcode.arcs import Centre
-from sim.motion.gcode.state import State
+from sim.motion.gcode.state import Modes, State
 from sim.motion.geometry.curves import curve_of
 from sim.motion.geometry.moves import Motion, Move, Pose
 
@@ -34,7 +34,9 @@ def machine_moves(
     """The move to `end` in machine coordinates; the position is then there."""
     start, state.position = state.position, end
     move = _move(state, motion, start, end, centre, turns)
-    return [move if motion is Motion.RAPID else replace(move, feed=_feed(state, move))]
+    if motion is not Motion.RAPID and state.modes.inverse_time:
+        move = replace(move, feed=_feed(state, move))
+    return [move]
 
 
 def _move(
@@ -45,14 +47,16 @@ def _move(
     centre: Centre | None = None,
     turns: int = 1,
 ) -> Move:
-    """The move with the modes in force, without a feed."""
-    modes = state.modes
+    """The move with the modes in force; without a feed under G93."""
+    modes, feed = state.modes, None
+    if motion is not Motion.RAPID and not modes.inverse_time:
+        feed = _rate(modes, not motion.is_arc and start[:3] == end[:3])
     return Move(
         *state.block,
         motion,
         start,
         end,
-        None,
+        feed,
         modes.plane if motion.is_arc else None,
         centre,
         modes.tolerance,
@@ -68,7 +72,12 @@ def _feed(state: State, move: Move) -> float:
     modes = state.modes
     if modes.inverse_time:
         return modes.rate * _length(move)
-    return modes.rate if move.turns_only_the_table else modes.rate * modes.feed_mm_per_unit
+    return _rate(modes, move.turns_only_the_table)
+
+
+def _rate(modes: Modes, turns_only_the_table: bool) -> float:
+    """The F number as mm/min, or degree/min."""
+    return modes.rate if turns_only_the_table else modes.rate * modes.feed_mm_per_unit
 
 
 def _table_moves(

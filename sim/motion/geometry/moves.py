@@ -28,7 +28,7 @@ class Motion(Enum):
 
     @property
     def is_arc(self) -> bool:
-        return self in (Motion.ARC_CW, Motion.ARC_CCW)
+        return self is Motion.ARC_CW or self is Motion.ARC_CCW
 
 
 class Plane(Enum):

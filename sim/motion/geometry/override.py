@@ -38,7 +38,8 @@ def overridden(items: Iterable[Item], percent: float, highest: float = math.inf)
             feed = item.feed * percent / 100.0
             if not item.turns_only_the_table:
                 feed = min(feed, max(item.feed, highest * 60e3))
-            item = replace(item, feed=feed)
+            if feed != item.feed:
+                item = replace(item, feed=feed)
         yield item
 
 

@@ -16,6 +16,7 @@ from sim.motion.geometry.turn import Turn
 from sim.motion.lookahead.limits import SHARES, Pieces
 from sim.motion.lookahead.segment import Segment
 
+SAME_FEED = 1e-3  # relative
 EXAMINED = 9  # points of a part of a run
 
 
@@ -86,7 +87,10 @@ def pieces_of(parts: list[tuple[Element, float, float]]) -> Pieces:
             if isinstance(segment.curve, Smoothed):
                 found.append(segment.curve.examined(edges[:, 0], edges[:, 1], EXAMINED))
         q, d1, d2, d3 = (np.concatenate(each) for each in zip(*found, strict=True))
-        return Pieces(q, d1, d2, d3, feed, share)
+        # Where feeds of the lines differ, that of the tool is the limit (runs.py).
+        tool_feed = np.array([segment.tool_feed for segment in segments])
+        tool_feed = np.where(feed > tool_feed * (1 + SAME_FEED), tool_feed, np.inf)
+        return Pieces(q, d1, d2, d3, feed, share, tool_feed)
     values = []
     for element, begin, end in parts:
         s = np.array([begin, (begin + end) / 2, end])

@@ -97,7 +97,8 @@ class Pieces:
     """n pieces of path examined at k points each: q and its derivatives by the length, (n, k, 5).
 
     Path space (table axes times TABLE_RADIUS). feed (n,): greatest speed asked for [m/s]; share
-    (n,): of the acceleration along the path to be kept at the greatest speed.
+    (n,): of the acceleration along the path to be kept at the greatest speed; tool_feed (n,): as
+    feed, of the tool.
     """
 
     q: FloatArray
@@ -106,6 +107,7 @@ class Pieces:
     d3: FloatArray
     feed: FloatArray
     share: FloatArray
+    tool_feed: FloatArray | float = math.inf
 
 
 def _greatest(values: FloatArray) -> FloatArray:
@@ -192,7 +194,8 @@ def speeds(pieces: Pieces, limits: MachineLimits, robot: Robot) -> tuple[FloatAr
     """
     channels = _channels(pieces, limits, robot)
     window = limits.window
-    fastest = pieces.feed.copy()
+    way = np.maximum(channels[0].first.max(axis=1), 1e-12)  # of the tool
+    fastest = np.minimum(pieces.feed, pieces.tool_feed / way)
     strongest = np.full_like(fastest, np.inf)
     for channel in channels:
         first = np.maximum(channel.first.max(axis=1), 1e-12)

@@ -233,6 +233,9 @@ class Lookahead:
             if isinstance(segment.curve, Arc):
                 turn = abs(segment.curve.sweep) * element.length / segment.length
                 pieces = max(pieces, math.ceil(turn / LARGEST_TURN))
+            if pieces == 1:
+                parts.append((element, element.offset, element.offset + element.length))
+                continue
             edges = element.offset + np.linspace(0.0, element.length, pieces + 1)
             parts += [
                 (element, float(a), float(b)) for a, b in zip(edges[:-1], edges[1:], strict=True)

@@ -19,12 +19,14 @@ import numpy as np
 from sim.motion.geometry.curves import FloatArray
 from sim.motion.geometry.moves import Dwell
 from sim.motion.geometry.smoothed import PEAK, REACH, Smoothed, weights, within
+from sim.motion.lookahead.elements import SAME_FEED
 from sim.motion.lookahead.limits import MachineLimits
 from sim.motion.lookahead.segment import Segment
 
 SHARE = 0.25  # of P for the corners of a run; about its ends twice that
 MOST_TURN = 0.8  # sum of the changes of direction within reach
-SAME_FEED = 1e-3  # relative
+# Of the feeds in path space where that of the tool is the same: the table turns more, or less.
+NEAR_FEED = 0.25
 TOGETHER = 64  # lines of one curve
 LONG = 8.0  # widths from which on the middle of a line stays a line
 CLEAR = REACH * 1.001  # widths from a corner to where the path is straight again
@@ -61,12 +63,11 @@ class Runs:
             if not isinstance(item, Segment):
                 yield item
                 continue
-            width = width_of(item, self._limits)
-            if width == 0.0:
-                yield item
-                continue
             if not self._lines:
-                self._width = width
+                self._width = width_of(item, self._limits)
+                if self._width == 0.0:
+                    yield item
+                    continue
             self._lines.append(item)
             # Corners within reach of the next part's corners decide where it ends.
             if len(self._lines) - self._done >= 2 * TOGETHER:
@@ -81,7 +82,7 @@ class Runs:
             and item.curve is None
             and not item.inner
             and (item.tolerance, item.merge) == (first.tolerance, first.merge)
-            and math.isclose(item.feed, first.feed, rel_tol=SAME_FEED)
+            and _like(item, first)
         )
 
     def _finish(self) -> Iterator[Segment]:
@@ -106,6 +107,15 @@ class Runs:
         self._begins = self._begins and keep == 0
         self._lines = self._lines[keep:]
         self._done = stop - keep
+
+
+def _like(line: Segment, first: Segment) -> bool:
+    """Whether the feeds of two lines may be in one run."""
+    if math.isclose(line.feed, first.feed, rel_tol=SAME_FEED):
+        return True
+    if not line.tool_feed == first.tool_feed < math.inf:
+        return False
+    return math.isclose(line.feed, first.feed, rel_tol=NEAR_FEED)
 
 
 def _hard(places: FloatArray, sizes: FloatArray, width: float, most: float) -> FloatArray:
@@ -224,12 +234,15 @@ class _Run:
         )
         ends = curve.derivatives(np.array([0.0, end - begin]), 1)[0]
         off = self.off[first : last + 1]
+        feeds = [line.feed for line in own]
+        # Beyond that, the feed of the tool is the limit in every place.
+        alike = max(feeds) <= min(feeds) * (1 + SAME_FEED)
         return replace(
             own[-1],
             start=ends[0],
             end=ends[1],
             length=curve.length,
-            feed=min(line.feed for line in own),
+            feed=min(feeds) if alike else max(feeds),
             tool_feed=min(line.tool_feed for line in own),
             direction=np.zeros(5),
             curve=curve,

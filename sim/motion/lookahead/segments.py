@@ -61,7 +61,7 @@ class Segments:
         self._limits = limits
         self._items, self._workspace, self._rapid, self._file = items, workspace, rapid, file
         self.moves = 0
-        self._last: tuple[Pose | None, FloatArray] = None, np.zeros(5)
+        self._last: tuple[Pose | None, FloatArray, bool] = None, np.zeros(5), False
         self._lower = (np.array(workspace.lower) * SCALE).tolist()
         self._upper = (np.array(workspace.upper) * SCALE).tolist()
 
@@ -91,7 +91,7 @@ class Segments:
             yield from self._segment(*held)
 
     def _segment(self, move: Move, number: int) -> Iterator[Segment]:
-        start, end = self._at(move.start), self._at(move.end)
+        (_, start, inside), (_, end, end_inside) = self._at(move.start), self._at(move.end)
         direction, curve_kept = np.zeros(5), None
         if not move.motion.is_arc:
             x, y, z, a, c = way = end - start
@@ -99,7 +99,7 @@ class Segments:
             along = along or math.hypot(x, y, z)
             if not along > 0.0:
                 return
-            if not (self._inside(start) and self._inside(end)):
+            if not (inside and end_inside):
                 self._check(move, Line(start / SCALE, end / SCALE, along))
             length = math.sqrt(way @ way)
             ratio, direction = length / along, way / length
@@ -130,17 +130,17 @@ class Segments:
             ratio,
         )
 
-    def _at(self, pose: Pose) -> FloatArray:
-        """A pose in path space; most moves begin where the last one has ended."""
-        if pose != self._last[0]:
-            self._last = pose, to_si(pose) * SCALE
-        return self._last[1]
+    def _at(self, pose: Pose) -> tuple[Pose | None, FloatArray, bool]:
+        """A pose, itself in path space, and whether it is inside the workspace for certain.
 
-    def _inside(self, place: FloatArray) -> bool:
-        """Whether a place of path space is inside the workspace for certain."""
-        return all(map(le, self._lower, place.tolist())) and all(
-            map(le, place.tolist(), self._upper)
-        )
+        Most moves begin where the last one has ended.
+        """
+        if pose != self._last[0]:
+            place = to_si(pose) * SCALE
+            values = place.tolist()
+            inside = all(map(le, self._lower, values)) and all(map(le, values, self._upper))
+            self._last = pose, place, inside
+        return self._last
 
     def _check(self, move: Move, curve: Curve) -> None:
         """Inside the workspace is a curve whose ends are, and an arc's outermost points too."""

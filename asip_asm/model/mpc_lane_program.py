@@ -1,0 +1,268 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Program of a problem of model-predictive control in lanes: products of matrices on vectors.
+
+The iterations are those of `mpc_program`. Rows of a matrix whose columns are alike share a vector,
+and a column that a vector does not have takes no cycle. Of each boxed coordinate the data memory
+holds t alone, from which v, w and h follow: one store and two loads of an iteration, instead of two
+stores and two loads, as the auxiliary slot is what bounds a step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from asip_asm.machine import Machine
+from asip_asm.model.mpc_problem import Problem, half_width
+from asip_asm.model.mpc_program import BACK, RESIDUALS, STEP, Maker, slot_of
+from asip_asm.model.plan import NEGLIGIBLE, Plan
+from asip_asm.model.plan_items import PIPES, Operand, Vectors, Words
+
+PARTS = 2
+"""Sums of a row in a pipe."""
+Rows = list[list[tuple[str, str, int]]]
+"""Sums of each row, which are to be added: pipe, vector and lane."""
+
+
+class LaneMaker(Maker):
+    def __init__(self, problem: Problem, machine: Machine) -> None:
+        super().__init__(problem, machine, slot_of(problem, pulls=False))
+        self.lanes = 1 + machine.build.lanes
+        self.plan.reorder = True
+        self.plan.spaces["slot"] += self.slot.size  # where the first step of a sweep stores nothing
+        self.load = [0] * len(PIPES)
+        self.kept: list[tuple[str, int]] = []
+
+    # ------------------------------------------------------------------ products
+    def sums(self, matrix: Words, x: Sequence[str], into: str = "") -> Rows:
+        """Append the sums of the rows of matrix * x. into: both pipes have sums of every row, in
+        vectors of this name, which `late` gives.
+        """
+        values, filled = matrix.values, self.filled(matrix)
+        rows: Rows = [[] for _ in filled]
+        for number, group in enumerate(groups(filled, self.lanes)):
+            columns = np.flatnonzero(filled[group].any(axis=0)).tolist()
+            first = int(np.argmin(self.load))
+            for n, pipe in enumerate([first, 1 - first] if into else [first]):
+                pin = PIPES[pipe]
+                mine = columns[n::2] if into else columns
+                ends: list[Operand] = []
+                for part in range(PARTS):
+                    total = ""
+                    for j in mine[part::PARTS]:
+                        taken = np.zeros((*values.shape[:-2], self.lanes))
+                        taken[..., : len(group)] = values[..., group, j]
+                        words = Vectors(taken, matrix.axes)
+                        total = (
+                            self.plan.vector("vfmadd", words, x[j], total, pipe=pin)
+                            if total
+                            else self.plan.vector("vfmul", words, x[j], pipe=pin)
+                        )
+                    ends += [total] if total else []
+                self.load[pipe] += len(mine) + len(ends) - 1 + len(group)
+                to = f"{into}{number}{pin}" if into else ""
+                if len(ends) == PARTS or into:
+                    ends += [0.0] * PARTS
+                    ends = [self.plan.vector("vmadd", ends[0], 1.0, ends[1], pipe=pin, to=to)]
+                for lane, row in enumerate(group):
+                    rows[row] += [(pin, str(name), lane) for name in ends]
+        return rows
+
+    @staticmethod
+    def filled(matrix: Words) -> np.ndarray:
+        """Whether an entry is other than zero in any iteration."""
+        size = np.abs(matrix.values).reshape(-1, *matrix.values.shape[-2:]).max(axis=0)
+        return size > NEGLIGIBLE * size.max(axis=1, keepdims=True)
+
+    def late(self, matrix: Words, into: str) -> Rows:
+        """The sums that `sums` makes in these vectors; append that they are zero."""
+        filled = self.filled(matrix)
+        rows: Rows = [[] for _ in filled]
+        for number, group in enumerate(groups(filled, self.lanes)):
+            for pin in PIPES:
+                name, nothing = f"{into}{number}{pin}", Vectors(np.zeros(self.lanes))
+                self.plan.vector("vfmul", nothing, 1.0, pipe=pin, to=name)
+                for lane, row in enumerate(group):
+                    rows[row].append((pin, name, lane))
+        return rows
+
+    def taken(
+        self, rows: Rows, start: Sequence[str] = (),
+        into: Sequence[str] = (),
+    ) -> list[str]:  # fmt: skip
+        """start + the sums, as numbers."""
+        results = []
+        for i, sums in enumerate(rows):
+            value: Operand = start[i] if start and start[i] else 0.0
+            for k, (pipe, vector, lane) in enumerate(sums):
+                to = into[i] if into and k == len(sums) - 1 else ""
+                value = self.plan.vector("vout", value, vector, pipe=pipe, lane=lane, to=to)
+            if not sums:
+                value = self.copy(value if isinstance(value, str) else 0.0, into[i] if into else "")
+            results.append(str(value))
+        return results
+
+    def multiplied(self, matrix: np.ndarray, x: Sequence[str], into: Sequence[str]) -> list[str]:
+        return self.taken(self.sums(Words(matrix), x), into=into)
+
+    # ------------------------------------------------------------------ limits
+    def limited(self, t: str, box: np.ndarray) -> str:
+        low, high = (float(each) for each in box)
+        if np.isinf(low):
+            return self.plan.op("fmin", t, high)
+        if np.isinf(high):
+            return self.plan.op("fmax", t, low)
+        return self.plan.op("fsat", t, low, high)
+
+    def pulls(self, offsets: dict[int, int], before: int, boxes: np.ndarray) -> dict[int, str]:
+        found = {}
+        for i, t in self.loaded(offsets, before).items():
+            found[i] = self.plan.op("fnmsub", 2.0, self.limited(t, boxes[:, i]), t)
+        return found
+
+    def pulls_of_states(self, before: int) -> dict[int, str]:
+        return self.pulls(self.slot.w_x, before, self.problem.state_box)
+
+    def pulls_of_inputs(self, before: int) -> dict[int, str]:
+        return self.pulls(self.slot.w_u, before, self.problem.input_box)
+
+    def stepped(self, value: str, old: str, address: int, box: np.ndarray) -> tuple[str, str]:
+        """New t of a coordinate, to be stored; the last limited value."""
+        v = self.limited(old, box)
+        w = self.plan.op("fnmsub", self.alpha, v, old)
+        t = self.plan.op("fmadd", self.alpha, value, w)
+        self.kept.append((t, address))
+        return t, v
+
+    def store_kept(self) -> None:
+        """Store what is kept: behind all loads, which keep their order with stores."""
+        for value, address in self.kept:
+            self.plan.store(value, "slot", address, "i")
+        self.kept.clear()
+
+    def residual_of(self, value: str, t: str, old: str, box: np.ndarray) -> str:
+        """Squares of the distance from the limited value, and of the limited value's move."""
+        plan, share = self.plan, 1 / float(half_width(box[:, None])[0])
+        v = self.limited(t, box)
+        for name, (a, b) in zip(RESIDUALS, ((value, v), (v, old)), strict=True):
+            scaled = plan.op("fmul", share, plan.op("fsub", a, b))
+            plan.op("fmax", name, plan.op("fmul", scaled, scaled), to=name)
+        return v
+
+    def limit_states(self, before: int, residuals: bool) -> dict[int, str]:
+        found, box = {}, self.problem.state_box
+        known = self.loaded(self.slot.w_x, before)
+        for i, offset in self.slot.w_x.items():
+            t, old = self.stepped(self.x[i], known[i], self.address(offset, before), box[:, i])
+            if residuals:
+                self.residual_of(self.x[i], t, old, box[:, i])
+            elif not before:
+                found[i] = self.plan.op("fnmsub", 2.0, self.limited(t, box[:, i]), t)
+        if not before:
+            self.store_kept()
+        return found
+
+    # ------------------------------------------------------------------ sweeps
+    def backward(self) -> None:
+        plan, gains, steps = self.plan, self.gains, self.problem.horizon
+        f, k = np.swapaxes(gains.f, 1, 2), np.swapaxes(gains.k, 1, 2)
+        gain = reversed_gains(np.concatenate((-gains.sb, -gains.s), 2))
+        both = [*self.p, *self.r]
+        d = self.late(gain, "d")
+        with plan.loop(BACK, steps):
+            self.load = [0] * len(PIPES)
+            self.store_inputs(d)
+            self.sums(gain, both, "d")
+            p = self.sums(reversed_gains(np.concatenate((f, -k), 2)), both)
+            pull = self.pull
+            if self.slot.pull:
+                pull = [plan.load("slot", self.address(o, 1), "i") for o in self.slot.pull]
+            q, _ = self.gradients({}, pull, 1, [], [])
+            self.taken(p, q, self.p)
+            self.store_kept()
+            for h, rho, to in self.later:
+                self.gradient(h, rho, [], to)
+            self.step(-1)
+        self.store_inputs(d)
+        self.store_kept()
+
+    def store_inputs(self, d: Rows) -> None:
+        """Keep d of the step before, whose sums have come late, to be stored behind all loads."""
+        for name, offset in zip(self.taken(d), self.slot.d, strict=True):
+            self.kept.append((name, self.address(offset, -1)))
+
+    def forward(self, residuals: bool) -> None:
+        plan, gains, (n, m, steps) = self.plan, self.gains, self.problem.sizes
+        for name, to in zip(self.measured, self.x, strict=True):
+            self.copy(name, to=to)
+        self.index(0)
+        if residuals:
+            self.clear()
+        b = np.broadcast_to(self.problem.b, (steps, n, m))
+        ones = np.broadcast_to(np.eye(m), (steps, m, m))
+        gain = Words(np.concatenate((-gains.k, ones), 2), (STEP,))
+        u = self.late(gain, "u")
+        with plan.loop(STEP, steps):
+            d = [plan.load("slot", self.address(o), "i") for o in self.slot.d]
+            self.load = [0] * len(PIPES)
+            self.limit_inputs(u, 1, residuals)
+            self.sums(gain, [*self.x, *d], "u")
+            x = self.sums(Words(np.concatenate((gains.f, b), 2), (STEP,)), [*self.x, *d])
+            self.limit_states(1, residuals)
+            self.taken(x, into=self.x)
+            self.store_kept()
+            if residuals:
+                # The first step limits the measured state and inputs of none: no residuals.
+                for name in RESIDUALS:
+                    plan.op("sel", "counts", name, 0.0, to=name)
+                plan.op("mov", 1.0, to="counts")
+            self.step(1)
+        self.index(steps - 1)
+        self.limit_inputs(u, 0, residuals)
+
+    def limit_inputs(self, u: Rows, before: int, residuals: bool) -> None:
+        """Limit the inputs of a step, whose sums have come late; what is kept is to be stored."""
+        known = self.loaded(self.slot.w_u, before)
+        for j, value in enumerate(self.taken(u)):
+            z = value
+            if j in self.slot.w_u:
+                box = self.problem.input_box[:, j]
+                address = self.address(self.slot.w_u[j], before)
+                t, old = self.stepped(value, known[j], address, box)
+                if residuals:
+                    z = self.residual_of(value, t, old, box)
+            if residuals:
+                self.kept.append((z, self.address(self.slot.z[j], before)))
+
+    def clear(self) -> None:
+        for name in (*RESIDUALS, "counts"):
+            self.plan.op("mov", 0.0, to=name)
+
+
+def mpc_plan(problem: Problem, machine: Machine) -> Plan:
+    """The finished plan, in lanes where the core has them. Raises ModelError where the core has no
+    room.
+    """
+    return (LaneMaker if machine.build.lanes else Maker)(problem, machine).make()
+
+
+def groups(filled: np.ndarray, size: int) -> list[list[int]]:
+    """Rows in groups of up to `size`, those together that have the same columns."""
+    left = list(range(len(filled)))
+    found = []
+    while left:
+        group = [max(left, key=lambda i: int(filled[i].sum()))]
+        left.remove(group[0])
+        while left and len(group) < size:
+            have = filled[group].any(axis=0)
+            near = min(left, key=lambda i: (int((filled[i] & ~have).sum()), -int(filled[i].sum())))
+            group.append(near)
+            left.remove(near)
+        found.append(group)
+    return found
+
+
+def reversed_gains(values: np.ndarray) -> Words:
+    """Gains (steps, ...) in the order of the loop from the last step to the first."""
+    return Words(values[::-1], (BACK,))
