@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Table of docs/your_robot.md: cycles of matrix laws by configuration; `--check` compares."""
+"""Table of docs/your_robot.md: cycles and memory of matrix laws by configuration."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ from asip_asm.isa import default_isa
 from asip_asm.model.compiler import Options, compile_law
 from asip_asm.model.program import build
 from asip_asm.project import ROOT
+from scripts.generated import run
 from sim.bench.stream_law_goals import POLICIES, drawn_policy, policy_law
 from sim.laws.mpc import build_mpc
 from sim.laws.mpc_flight import quadrotor_problem
 
-PAGE = ROOT / "docs/your_robot.md"
+SCRIPT, PAGE = "scripts/matrix_table.py", "docs/your_robot.md"
 BEGIN, END = "<!-- matrix laws: begin -->", "<!-- matrix laws: end -->"
 
 
@@ -46,18 +47,13 @@ def rows() -> list[str]:
     return lines
 
 
-def main(arguments: list[str]) -> int:
-    text = PAGE.read_text(encoding="utf-8")
+def generate() -> dict[str, str]:
+    """Text of the page by its path, with the table of today."""
+    text = (ROOT / PAGE).read_text(encoding="utf-8")
     head, _, rest = text.partition(BEGIN)
     _, _, tail = rest.partition(END)
-    wanted = "\n".join([f"{head}{BEGIN}", "", *rows(), "", f"{END}{tail}"])
-    if "--check" in arguments:
-        if wanted != text:
-            print(f"{PAGE}: error: an old table; run scripts/matrix_table.py", file=sys.stderr)
-        return int(wanted != text)
-    PAGE.write_text(wanted, encoding="utf-8")
-    return 0
+    return {PAGE: "\n".join([f"{head}{BEGIN}", "", *rows(), "", f"{END}{tail}"])}
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(run(SCRIPT, __doc__.splitlines()[0], generate))

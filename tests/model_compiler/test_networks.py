@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 import onnx
 import onnxruntime
@@ -18,9 +20,11 @@ from asip_asm.model.plan import Plan
 from asip_asm.model.plan_items import Words
 from asip_asm.model.program import build
 from asip_asm.model.read import ModelError
+from asip_asm.project import ROOT
 from sim.core.api import Core
 from sim.laws.asip_model import __main__ as command
 from sim.laws.prove_onnx import evaluator_of, in_double
+from tests.bench.commands import output
 from tests.model_compiler.onnx_models import interface, model, perceptron
 
 SEED = 38
@@ -201,3 +205,8 @@ def test_exponential_linear_unit_is_within_its_stated_error(tmp_path):
     allowed = BELOW["expm1_below"].ulp * 2.0**-23 * np.abs(want) + BELOW["expm1_below"].absolute
     assert (np.abs(got - want) <= allowed).all()
     assert graph.functions[graph.outputs["y"]][0] == "expm1_below"
+
+
+@pytest.mark.full
+def test_table_of_matrix_laws__made_again__equal():
+    output(sys.executable, "scripts/matrix_table.py", "--check", cwd=ROOT)
