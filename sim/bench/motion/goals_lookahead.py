@@ -18,12 +18,12 @@ from pathlib import Path
 import numpy as np
 
 from asip_asm.project import ROOT
-from sim.bench.motion.goal import Counts, Features, Measured, Rows
+from sim.bench.motion.goal import FULL, Counts, Features, Measured, Rows
 from sim.motion.gcode.oracle import compare_samples
 from sim.motion.geometry.moves import Motion, Move
 from sim.motion.lookahead import figures as lookahead_figures
+from sim.motion.lookahead import optimum, stress
 from sim.motion.lookahead import paths as lookahead_paths
-from sim.motion.lookahead import stress
 from sim.motion.lookahead.limits import MachineLimits
 from sim.motion.lookahead.planner import Lookahead
 from sim.motion.lookahead.settings import DEPTH, LookaheadSettings
@@ -136,6 +136,21 @@ def path_times(counts: Counts, rows: Rows) -> Measured:
     found = [lookahead_paths.path_time(name, f"G64 P{p}") for name, p, _ in wanted]
     met = all(time <= most for time, (*_, most) in zip(found, wanted, strict=True))
     return "; ".join(f"{time:.3f} s" for time in found), met
+
+
+@FEATURES.feature(
+    "A-G-H P 0.01; raster P 0.05: time more than the least of IPOPT in the same corridor",
+    "-",
+    "<= 3 %",
+    "make goals T=motion RUN=full",
+)
+def against_optimum(counts: Counts, rows: Rows) -> Measured:
+    """Times of the planner against those of sim/motion/lookahead/optimum.py."""
+    if counts.programs < FULL.programs:
+        return "", None
+    found = [optimum.compare(name, tolerance) for name, tolerance in optimum.WANTED]
+    text = "; ".join(f"{each.name.split(',')[0]} {100 * each.more:.1f} %" for each in found)
+    return text, all(each.more <= 0.03 for each in found)
 
 
 @FEATURES.feature(
