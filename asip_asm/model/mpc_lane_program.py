@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Program of a problem of model-predictive control in lanes: products of matrices on vectors.
 
-The iterations are those of `mpc_program`. Rows of a matrix whose columns are alike share a vector,
+The iterations are those of `mpc_program`. Rows of a matrix with equal columns share a vector,
 and a column that a vector does not have takes no cycle. Of each boxed coordinate the data memory
 holds t alone, from which v, w and h follow: one store and two loads of an iteration, instead of two
 stores and two loads, as the auxiliary slot is what bounds a step.
@@ -136,7 +136,7 @@ class LaneMaker(Maker):
         return t, v
 
     def store_kept(self) -> None:
-        """Store what is kept: behind all loads, which keep their order with stores."""
+        """Store the words of the next tick, after all loads: loads and stores stay in order."""
         for value, address in self.kept:
             self.plan.store(value, "slot", address, "i")
         self.kept.clear()
@@ -222,7 +222,7 @@ class LaneMaker(Maker):
         self.limit_inputs(u, 0, residuals)
 
     def limit_inputs(self, u: Rows, before: int, residuals: bool) -> None:
-        """Limit the inputs of a step, whose sums have come late; what is kept is to be stored."""
+        """Limit the inputs of a step, whose sums are a step late, and note the words to store."""
         known = self.loaded(self.slot.w_u, before)
         for j, value in enumerate(self.taken(u)):
             z = value

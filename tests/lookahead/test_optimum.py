@@ -4,7 +4,7 @@
 import pytest
 
 from sim.motion.gcode.interpreter import parse
-from sim.motion.lookahead.optimum import OptimumError, groups_of, least_time, main
+from sim.motion.lookahead.optimum import groups_of, least_time, main
 from sim.motion.lookahead.planner import Lookahead
 from sim.motion.lookahead.settings import LookaheadSettings
 
@@ -39,4 +39,6 @@ def test_wider_corridor__takes_less_time():
 def test_command__tolerance_outside__is_refused(capsys):
     assert main(["--path", "hexagon", "--tolerance", "0"]) == 1
     assert "--tolerance 0 is outside its limit" in capsys.readouterr().err
-    assert issubclass(OptimumError, ValueError)
+    with pytest.raises(SystemExit, match="2"):
+        main(["--tolerance", "0.05"])
+    assert "name it with --path" in capsys.readouterr().err

@@ -344,7 +344,7 @@ class Session:
         return self._add(point)
 
     def _changed(self, point: Breakpoint) -> str:
-        """What a watched data word was and is, empty if it is the same; it is looked at anew."""
+        """Old and new value of a watched data word, which is noted; empty if they are equal."""
         before, point.word = point.word, self.target.read(point.place)
         if before == point.word:
             return ""

@@ -198,14 +198,15 @@ def main(argv: list[str] | None = None) -> int:
     prog = "python -m sim.motion.lookahead.optimum"
     parser = command_parser(prog, __doc__, f"example: {prog} --path hexagon --tolerance 0.01")
     parser.add_argument("--path", choices=[*paths.PATHS], metavar="NAME", help="of paths.py")
-    parser.add_argument("--tolerance", type=float, default=0.01, metavar="MM", help="P [mm] (0.01)")
+    parser.add_argument("--tolerance", type=float, metavar="MM", help="P of --path [mm] (0.01)")
     arguments = parser.parse_args(argv)
-    wanted = ((arguments.path, arguments.tolerance),) if arguments.path else WANTED
+    if arguments.tolerance is not None and not arguments.path:
+        parser.error("--tolerance is that of one path: name it with --path")
+    tolerance = 0.01 if arguments.tolerance is None else arguments.tolerance
+    wanted = ((arguments.path, tolerance),) if arguments.path else WANTED
     try:
-        if not 1e-4 <= arguments.tolerance <= 10.0:
-            raise OptimumError(
-                f"--tolerance {arguments.tolerance:g} is outside its limit: 0.0001 to 10 mm"
-            )
+        if not 1e-4 <= tolerance <= 10.0:
+            raise OptimumError(f"--tolerance {tolerance:g} is outside its limit: 0.0001 to 10 mm")
         for name, tolerance in wanted:
             found = compare(name, tolerance)
             sys.stdout.write(

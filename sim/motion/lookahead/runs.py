@@ -235,14 +235,14 @@ class _Run:
         ends = curve.derivatives(np.array([0.0, end - begin]), 1)[0]
         off = self.off[first : last + 1]
         feeds = [line.feed for line in own]
-        # Beyond that, the feed of the tool is the limit in every place.
-        alike = max(feeds) <= min(feeds) * (1 + SAME_FEED)
+        # Where they differ more, the feed of the tool limits every place.
+        same = max(feeds) <= min(feeds) * (1 + SAME_FEED)
         return replace(
             own[-1],
             start=ends[0],
             end=ends[1],
             length=curve.length,
-            feed=min(feeds) if alike else max(feeds),
+            feed=min(feeds) if same else max(feeds),
             tool_feed=min(line.tool_feed for line in own),
             direction=np.zeros(5),
             curve=curve,
