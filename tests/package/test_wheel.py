@@ -70,7 +70,7 @@ OF_THE_EXTRA = (
     *("microtick.sim.bench.platforms.", "microtick.sim.bench.shown_robots."),
     *("microtick.sim.bench.drive.", "microtick.sim.bench.certificate_goals"),
     *("microtick.sim.bench.best_goals", "microtick.sim.bench.matrix_law_goals"),
-    "microtick.sim.bench.stream_law_goals",
+    *("microtick.sim.bench.stream_law_goals", "microtick.sim.motion.lookahead.optimum"),
 )
 OF_THE_BUS = [  # the extra `bus`
     f"microtick.sim.bus.{module}"

@@ -22,8 +22,8 @@ from sim.bench.motion.goal import FULL, Counts, Features, Measured, Rows
 from sim.motion.gcode.oracle import compare_samples
 from sim.motion.geometry.moves import Motion, Move
 from sim.motion.lookahead import figures as lookahead_figures
-from sim.motion.lookahead import optimum, stress
 from sim.motion.lookahead import paths as lookahead_paths
+from sim.motion.lookahead import stress
 from sim.motion.lookahead.limits import MachineLimits
 from sim.motion.lookahead.planner import Lookahead
 from sim.motion.lookahead.settings import DEPTH, LookaheadSettings
@@ -148,6 +148,8 @@ def against_optimum(counts: Counts, rows: Rows) -> Measured:
     """Times of the planner against those of sim/motion/lookahead/optimum.py."""
     if counts.programs < FULL.programs:
         return "", None
+    from sim.motion.lookahead import optimum  # it needs CasADi, and the other rows do not
+
     found = [optimum.compare(name, tolerance) for name, tolerance in optimum.WANTED]
     text = "; ".join(f"{each.name.split(',')[0]} {100 * each.more:.1f} %" for each in found)
     return text, all(each.more <= 0.03 for each in found)
