@@ -36,6 +36,7 @@ module drive_chain #(
     output logic [14:0]        high_o,
     output logic [14:0]        low_o,
     output logic [4:0]         release_o,
+    output logic               chopper_o,
     // of dual_asip
     output logic [159:0]       measured_o,
     output logic [159:0]       command_o,
@@ -171,7 +172,8 @@ module drive_chain #(
       .fault_i,
       .high_o,
       .low_o,
-      .release_o
+      .release_o,
+      .chopper_o
   );
 
   assign unused_trace  = ^{trace_issue, trace_pc, trace_write, trace_index, trace_data, hook};

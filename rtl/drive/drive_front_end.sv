@@ -5,7 +5,9 @@
 // clock and the link runs the processor; its values are in force from the next half period on. With
 // LINK.orders the run gets order_i too, which another processor commits (binary32, all of one clock).
 // A fault of a run, a trigger while the link is at work, stop_i with LINK.orders, or a bus voltage
-// below GUARD.bus trips every axis. Bus voltage: bus_i, signed. position_o is POSITION + ORIGIN.
+// below GUARD.bus or above BUS_LIMIT trips every axis. Bus voltage: bus_i, signed; gates are off after the
+// third clock edge that sees it outside. chopper_o follows one edge after bus_i: on above CHOPPER.on, off
+// below CHOPPER.off; trips do not change it. position_o is POSITION + ORIGIN.
 module drive_front_end #(
     parameter int unsigned Axes          = 5,   // 1..8
     parameter int unsigned ClocksPerBit  = 6,
@@ -45,7 +47,8 @@ module drive_front_end #(
     input  logic [Axes-1:0]   fault_i,
     output logic [3*Axes-1:0] high_o,
     output logic [3*Axes-1:0] low_o,
-    output logic [Axes-1:0]   release_o    // holding brakes; a trip closes them
+    output logic [Axes-1:0]   release_o,   // holding brakes; a trip closes them
+    output logic              chopper_o    // switch of the brake resistor across the bus
 );
 
   localparam logic [1:0] MoRun = 2'd2;  // of pwm_bridge
@@ -64,14 +67,15 @@ module drive_front_end #(
   logic [2**Index-1:0] reads;  // one bit a register
   logic [31:0] time_q, read_data, readdata_q;
   logic [31:0] config_word, status_word, pwm_word, link_word, guard_word;
-  logic signed [15:0] bus_least_q;
+  logic signed [15:0] bus_least_q, bus_most_q, chopper_on_q, chopper_off_q;
   logic [7:0] release_q;
   logic [8*ModeBits-1:0] mode_q;
   logic [Width-1:0] half_period_q, minimum_q, window_start_q, count, unused_half;
   logic [DeadBits-1:0] dead_time_q;
   logic [FastWidth-1:0] limit_q;
   logic [FilterBits-1:0] filter_q;
-  logic enable_q, orders_q, guard_encoder_q, late_q, fault_q, under_q, stop_q, alarm;
+  logic enable_q, orders_q, guard_encoder_q, late_q, fault_q, under_q, stop_q, bus_over_q, alarm;
+  logic chopper_q;
   logic up, load, window;
   logic strobe, fast_valid, done, sampled_q;
   logic [2:0] corner, fast;
@@ -113,6 +117,9 @@ module drive_front_end #(
       filter_q         <=
           drive_regmap_pkg::RESET_ENCODER[drive_regmap_pkg::ENCODER_FILTER_LSB+:FilterBits];
       bus_least_q      <= '0;
+      bus_most_q       <= '0;
+      chopper_on_q     <= '0;
+      chopper_off_q    <= '0;
       release_q        <= '0;
       enable_q         <= 1'b0;
       orders_q         <= 1'b0;
@@ -121,6 +128,8 @@ module drive_front_end #(
       fault_q          <= 1'b0;
       under_q          <= 1'b0;
       stop_q           <= 1'b0;
+      bus_over_q       <= 1'b0;
+      chopper_q        <= 1'b0;
       write_q          <= 1'b0;
       commit_q         <= '0;
       read_q           <= 1'b0;
@@ -131,6 +140,8 @@ module drive_front_end #(
       fault_q          <= (fault_q && !link_clear) || link_fault;
       under_q          <= (under_q && !link_clear) || (bus_i < bus_least_q && bus_least_q != '0);
       stop_q           <= (stop_q && !link_clear) || (stop_i && orders_q);
+      bus_over_q       <= (bus_over_q && !link_clear) || (bus_i > bus_most_q && bus_most_q != '0);
+      chopper_q        <= chopper_on_q != '0 && (bus_i > chopper_on_q || (chopper_q && bus_i >= chopper_off_q));
       write_q          <= link_valid || compare_write;
       commit_q         <= {commit_q[0], link_done || compare_commit};
       if (write_i) begin
@@ -158,6 +169,12 @@ module drive_front_end #(
           end
           drive_regmap_pkg::REG_BRAKE:
           release_q <= writedata_i[drive_regmap_pkg::BRAKE_RELEASE_LSB+:8];
+          drive_regmap_pkg::REG_BUS_LIMIT:
+          bus_most_q <= writedata_i[drive_regmap_pkg::BUS_LIMIT_MOST_LSB+:16];
+          drive_regmap_pkg::REG_CHOPPER: begin
+            chopper_on_q  <= writedata_i[drive_regmap_pkg::CHOPPER_ON_LSB+:16];
+            chopper_off_q <= writedata_i[drive_regmap_pkg::CHOPPER_OFF_LSB+:16];
+          end
           default: ;
         endcase
       end
@@ -187,6 +204,8 @@ module drive_front_end #(
     status_word[drive_regmap_pkg::STATUS_BUSY_LSB]               = link_busy;
     status_word[drive_regmap_pkg::STATUS_UNDERVOLTAGE_LSB]       = under_q;
     status_word[drive_regmap_pkg::STATUS_STOP_LSB]               = stop_q;
+    status_word[drive_regmap_pkg::STATUS_OVERVOLTAGE_LSB]        = bus_over_q;
+    status_word[drive_regmap_pkg::STATUS_CHOPPER_LSB]            = chopper_q;
     pwm_word[drive_regmap_pkg::PWM_HALF_PERIOD_LSB+:Width]       = half_period_q;
     pwm_word[drive_regmap_pkg::PWM_MINIMUM_LSB+:Width]           = minimum_q;
     link_word[drive_regmap_pkg::LINK_ENABLE_LSB]                 = enable_q;
@@ -210,6 +229,8 @@ module drive_front_end #(
         | shown(reads[drive_regmap_pkg::REG_LINK], link_word)
         | shown(reads[drive_regmap_pkg::REG_GUARD], guard_word)
         | shown(reads[drive_regmap_pkg::REG_BRAKE], 32'(release_q))
+        | shown(reads[drive_regmap_pkg::REG_BUS_LIMIT], {16'd0, bus_most_q})
+        | shown(reads[drive_regmap_pkg::REG_CHOPPER], {chopper_off_q, chopper_on_q})
         | shown(reads[drive_regmap_pkg::REG_TIME], time_q);
     for (int unsigned i = 0; i < Axes; i++)
       read_data = read_data
@@ -403,7 +424,8 @@ module drive_front_end #(
     for (int unsigned i = 0; i < Axes; i++) if (word == WordBits'(Samples + i)) order = order_q[32*i+:32];
   end
 
-  assign alarm       = late_q || fault_q || under_q || stop_q;
+  assign alarm       = late_q || fault_q || under_q || bus_over_q || stop_q;
+  assign chopper_o   = chopper_q;
   assign value_axis  = link_valid ? link_axis
                                   : writedata_i[drive_regmap_pkg::COMPARE_AXIS_LSB+:3];
   assign value_phase = link_valid ? link_phase

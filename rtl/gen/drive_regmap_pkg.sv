@@ -26,6 +26,7 @@ package drive_regmap_pkg;
   localparam logic [6:0] REG_COMPARE = 7'hc;
   localparam logic [6:0] REG_GUARD = 7'hd;
   localparam logic [6:0] REG_BRAKE = 7'he;
+  localparam logic [6:0] REG_BUS_LIMIT = 7'hf;
   localparam logic [6:0] REG_POSITION = 7'h10;
   localparam logic [6:0] REG_EDGE_TIME = 7'h18;
   localparam logic [6:0] REG_INDEX = 7'h20;
@@ -33,6 +34,7 @@ package drive_regmap_pkg;
   localparam logic [6:0] REG_CURRENT_B = 7'h30;
   localparam logic [6:0] REG_ILLEGAL = 7'h38;
   localparam logic [6:0] REG_ORIGIN = 7'h40;
+  localparam logic [6:0] REG_CHOPPER = 7'h48;
 
   // Reset values.
   localparam logic [31:0] RESET_ID = 32'h44525631;
@@ -45,7 +47,9 @@ package drive_regmap_pkg;
   localparam logic [31:0] RESET_LINK = 32'h00000000;
   localparam logic [31:0] RESET_GUARD = 32'h00000000;
   localparam logic [31:0] RESET_BRAKE = 32'h00000000;
+  localparam logic [31:0] RESET_BUS_LIMIT = 32'h00000000;
   localparam logic [31:0] RESET_ORIGIN = 32'h00000000;
+  localparam logic [31:0] RESET_CHOPPER = 32'h00000000;
 
   // Fields: lowest bit and width.
   localparam int unsigned CONFIG_AXES_LSB = 0;
@@ -78,6 +82,10 @@ package drive_regmap_pkg;
   localparam int unsigned STATUS_UNDERVOLTAGE_WIDTH = 1;
   localparam int unsigned STATUS_STOP_LSB = 28;
   localparam int unsigned STATUS_STOP_WIDTH = 1;
+  localparam int unsigned STATUS_OVERVOLTAGE_LSB = 29;
+  localparam int unsigned STATUS_OVERVOLTAGE_WIDTH = 1;
+  localparam int unsigned STATUS_CHOPPER_LSB = 30;
+  localparam int unsigned STATUS_CHOPPER_WIDTH = 1;
   localparam int unsigned MODE_AXIS0_LSB = 0;
   localparam int unsigned MODE_AXIS0_WIDTH = 2;
   localparam int unsigned MODE_AXIS1_LSB = 2;
@@ -124,5 +132,11 @@ package drive_regmap_pkg;
   localparam int unsigned GUARD_ENCODER_WIDTH = 1;
   localparam int unsigned BRAKE_RELEASE_LSB = 0;
   localparam int unsigned BRAKE_RELEASE_WIDTH = 8;
+  localparam int unsigned BUS_LIMIT_MOST_LSB = 0;
+  localparam int unsigned BUS_LIMIT_MOST_WIDTH = 16;
+  localparam int unsigned CHOPPER_ON_LSB = 0;
+  localparam int unsigned CHOPPER_ON_WIDTH = 16;
+  localparam int unsigned CHOPPER_OFF_LSB = 16;
+  localparam int unsigned CHOPPER_OFF_WIDTH = 16;
 
 endpackage

@@ -2,8 +2,9 @@
 // n2_lsu: loads and stores. Address in E, memory in M, alignment in A; Avalon transfers hold A.
 // Contract: live_e_i is low for an instruction that will not complete. An address in neither tightly
 // coupled memory makes an Avalon transfer: request in the first cycle of A, answer registered, so A is held
-// for 1 cycle plus the wait states. Misaligned addresses touch no memory. data_a_o is the loaded
-// value while the load is in A and not held.
+// for 1 cycle plus the wait states. Misaligned addresses write no memory. data_a_o is the loaded
+// value while the load is in A and not held. A store to a memory waits in a buffer of one word and is
+// written in the next cycle in which the pipeline moves and E has no load; loads see the buffer.
 module n2_lsu #(
     parameter logic [31:0] ItcmBase = 32'h1000_0000,
     parameter int unsigned ItcmBytes = 65536,
@@ -53,14 +54,22 @@ module n2_lsu #(
   localparam int unsigned ItcmBits = $clog2(ItcmBytes);
   localparam int unsigned DtcmBits = $clog2(DtcmBytes);
 
+  localparam int unsigned BufferBits = ItcmBits > DtcmBits ? ItcmBits : DtcmBits;
+
   logic [31:0] address, wdata, address_m_q, wdata_m_q;
   logic [3:0] lanes, lanes_m_q;
   logic in_itcm, in_dtcm, access, write;
-  logic itcm_m_q, load_m_q, store_m_q;  // load and store: Avalon only
+  logic itcm_m_q, dtcm_m_q, load_m_q, store_m_q;  // load and store: Avalon only
+  // The buffer: at most one of the first two is high.
+  logic buffer_itcm_q, buffer_dtcm_q;
+  logic [BufferBits-1:2] buffer_address_q;
+  logic [31:0] buffer_wdata_q;
+  logic [3:0] buffer_lanes_q, forward_m;
+  logic same_m;
   logic signed_m_q, signed_a_q;
   logic [1:0] size_m_q, size_a_q, byte_a_q;
   logic busy_q, read_q, write_q;
-  logic [31:0] raw_a_q, avm_address_q, avm_writedata_q;
+  logic [31:0] raw_m, raw_a_q, avm_address_q, avm_writedata_q;
   logic [3:0] avm_byteenable_q;
 
   // Stage E.
@@ -105,14 +114,46 @@ module n2_lsu #(
     endcase
   end
 
-  assign itcm_en_o      = en_i && access;
-  assign itcm_we_o      = {4{write && in_itcm}} & lanes;
-  assign itcm_address_o = address[ItcmBits-1:2];
-  assign itcm_wdata_o   = wdata;
-  assign dtcm_en_o      = en_i && access;
-  assign dtcm_we_o      = {4{write && in_dtcm}} & lanes;
-  assign dtcm_address_o = address[DtcmBits-1:2];
-  assign dtcm_wdata_o   = wdata;
+  // The address of a load is used in E; the memories' ports are free for the buffer in every other
+  // cycle. So the buffer is empty, or emptied at this edge, when E has a store, and nothing waits.
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      buffer_itcm_q <= 1'b0;
+      buffer_dtcm_q <= 1'b0;
+    end else if (en_i && !load_e_i) begin
+      buffer_itcm_q <= write && in_itcm;
+      buffer_dtcm_q <= write && in_dtcm;
+    end
+  end
+
+  always_ff @(posedge clk_i) begin
+    if (en_i && !load_e_i) begin
+      buffer_address_q <= address[BufferBits-1:2];
+      buffer_wdata_q   <= wdata;
+      buffer_lanes_q   <= lanes;
+    end
+  end
+
+  assign itcm_en_o      = en_i && (load_e_i || buffer_itcm_q);
+  assign itcm_we_o      = {4{buffer_itcm_q && !load_e_i}} & buffer_lanes_q;
+  assign itcm_address_o = load_e_i ? address[ItcmBits-1:2] : buffer_address_q[ItcmBits-1:2];
+  assign itcm_wdata_o   = buffer_wdata_q;
+  assign dtcm_en_o      = en_i && (load_e_i || buffer_dtcm_q);
+  assign dtcm_we_o      = {4{buffer_dtcm_q && !load_e_i}} & buffer_lanes_q;
+  assign dtcm_address_o = load_e_i ? address[DtcmBits-1:2] : buffer_address_q[DtcmBits-1:2];
+  assign dtcm_wdata_o   = buffer_wdata_q;
+
+  // The buffer did not change when the load went from E to M, so its bytes are compared in M.
+  assign same_m = address_m_q[BufferBits-1:2] == buffer_address_q;
+  assign forward_m = {4{same_m && ((itcm_m_q && buffer_itcm_q) || (dtcm_m_q && buffer_dtcm_q))}} &
+                     buffer_lanes_q;
+
+  always_comb begin
+    for (int unsigned i = 0; i < 4; i++) begin
+      if (forward_m[i]) raw_m[8*i+:8] = buffer_wdata_q[8*i+:8];
+      else raw_m[8*i+:8] = itcm_m_q ? itcm_rdata_i[8*i+:8] : dtcm_rdata_i[8*i+:8];
+    end
+  end
 
   // Stages M and A: the request of an Avalon transfer goes up as the instruction enters A.
   always_ff @(posedge clk_i or negedge rst_ni) begin
@@ -143,6 +184,7 @@ module n2_lsu #(
       size_m_q         <= size_e_i;
       signed_m_q       <= signed_e_i;
       itcm_m_q         <= in_itcm;
+      dtcm_m_q         <= in_dtcm;
       avm_address_q    <= {address_m_q[31:2], 2'd0};
       avm_writedata_q  <= wdata_m_q;
       avm_byteenable_q <= lanes_m_q;
@@ -150,7 +192,7 @@ module n2_lsu #(
       signed_a_q       <= signed_m_q;
       byte_a_q         <= address_m_q[1:0];
     end
-    if (en_i) raw_a_q <= itcm_m_q ? itcm_rdata_i : dtcm_rdata_i;
+    if (en_i) raw_a_q <= raw_m;
     else if (read_q) raw_a_q <= avm_readdata_i;
   end
 

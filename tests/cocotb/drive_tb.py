@@ -212,12 +212,13 @@ async def brake__all_low_gates_are_on(dut):
 
 
 @cocotb.test()
-@cocotb.parametrize(cause=["fault", "bus", "stop"])
+@cocotb.parametrize(cause=["fault", "bus", "overvoltage", "stop"])
 async def trip__of_each_cause__gates_off_until_a_clear(dut, cause):
     """A fault of the power stage is its axis' own, the others concern every axis."""
     drive = await running(dut, 100, 12, [50] * 3 * AXES)
     dut.bus_i.value = 500
     await drive.put("GUARD", bus=400)
+    await drive.put("BUS_LIMIT", most=600)
     await drive.put("LINK", orders=1)
     await drive.put("BRAKE", release=ALL)
     await drive.cycles(5)
@@ -225,6 +226,7 @@ async def trip__of_each_cause__gates_off_until_a_clear(dut, cause):
     pin, bad, good, tripped = {
         "fault": (dut.fault_i, 1 << 2, 0, 1 << 2),
         "bus": (dut.bus_i, 399, 400, ALL),
+        "overvoltage": (dut.bus_i, 601, 600, ALL),
         "stop": (dut.stop_i, 1, 0, ALL),
     }[cause]
     pin.value = bad
@@ -247,3 +249,28 @@ async def trip__of_each_cause__gates_off_until_a_clear(dut, cause):
     assert await drive.field("STATUS", "trip") == 0
     high, low = await gates(drive, 250)
     assert high.any(axis=0).all() and low.any(axis=0).all()
+
+
+@cocotb.test()
+async def overvoltage__gates_off_after_three_clocks_and_the_chopper_is_on(dut):
+    """The chopper is on before the trip, stays on with it, and goes off at its own level."""
+    drive = await running(dut, 100, 12, [50] * 3 * AXES)
+    dut.bus_i.value = 560
+    await drive.put("BUS_LIMIT", most=640)
+    await drive.put("CHOPPER", on=615, off=590)
+    for volts, on in ((615, 0), (616, 1), (590, 1), (589, 0), (615, 0), (640, 1)):
+        dut.bus_i.value = volts
+        await drive.cycles(2)
+        assert word(dut.chopper_o) == on == await drive.field("STATUS", "chopper"), volts
+        assert await drive.field("STATUS", "trip") == 0
+    while not word(dut.high_o):
+        await drive.next()
+    dut.bus_i.value = 641
+    await drive.cycles(3)
+    high, low = await gates(drive, 250)
+    assert not high.any() and not low.any()
+    assert await drive.field("STATUS", "overvoltage") == 1
+    assert await drive.field("STATUS", "trip") == ALL and word(dut.chopper_o) == 1
+    dut.bus_i.value = 589
+    await drive.cycles(2)
+    assert word(dut.chopper_o) == 0

@@ -14,6 +14,7 @@ from tests.formal.catalogue import PROOFS
 from tests.formal_debug import halting, nios  # noqa: F401
 from tests.formal_ethercat import frames  # noqa: F401
 from tests.formal_motion import arcs, drive, lines, planes  # noqa: F401
+from tests.formal_nios import stores  # noqa: F401
 from tests.formal_servo import encoder, gates  # noqa: F401
 from tests.formal_upsets import bounded  # noqa: F401
 

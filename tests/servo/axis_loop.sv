@@ -23,7 +23,7 @@ module axis_loop #(
   logic [13:0] link_address, address;
   logic [31:0] link_data, data, readdata, unused_readdata, unused_position;
   logic link_read, link_write, link_wait, read, write, core_wait, core_irq;
-  logic front_wait, host_wait, unused_mclk, unused_release;
+  logic front_wait, host_wait, unused_mclk, unused_release, unused_chopper;
   logic [2:0] unused_high, unused_low;
 
   core_bus u_bus (
@@ -99,7 +99,8 @@ module axis_loop #(
       .fault_i           (1'b0),
       .high_o            (unused_high),
       .low_o             (unused_low),
-      .release_o         (unused_release)
+      .release_o         (unused_release),
+      .chopper_o         (unused_chopper)
   );
 
   assign wait_o     = front_i ? front_wait : host_wait;

@@ -113,7 +113,7 @@ def front_end() -> Clocked:
     )
     outputs = (
         *("readdata", "waitrequest", "core_address", "core_read", "core_write"),
-        *("core_writedata", "mclk", "high", "low", "position", "release"),
+        *("core_writedata", "mclk", "high", "low", "position", "release", "chopper"),
     )
     return Clocked("drive_front_end", inputs, outputs, {"Axes": 2})
 
@@ -209,6 +209,7 @@ def test_front_end__orders_of_one_clock_and_the_machines_position():
 
 GUARDS = {
     "undervoltage": (dict(bus=10000), dict(bus=(11200, 9000)), 3),
+    "overvoltage": (dict(bus=0), dict(bus=(12000, 12001)), 3),
     "stop": (dict(bus=0), dict(stop=(0, 1)), 3),
     "encoder": (dict(encoder=1), dict(a=(0, 2), b=(0, 2)), 2),
 }
@@ -223,6 +224,7 @@ def test_front_end__guards_take_gates_and_close_brakes(cause):
     host.write(11, "LINK", orders=1)
     host.write(12, "BRAKE", release=3)
     host.write(13, "GUARD", **guard)
+    host.write(14, "BUS_LIMIT", most=12000)
     host.read(2500, "STATUS")
     when = np.arange(clocks) > 1000
     given = {name: np.where(when, pair[1], pair[0]) for name, pair in inputs.items()}
@@ -236,3 +238,46 @@ def test_front_end__guards_take_gates_and_close_brakes(cause):
     assert fields["trip"].of(status) & 3 == axes
     flag = "illegal" if cause == "encoder" else cause
     assert fields[flag].of(status) & axes
+
+
+@pytest.mark.parametrize("level", [12001, 20000, 32767])
+def test_front_end__overvoltage_of_one_clock_takes_the_gates_after_three_edges(level):
+    """Row n of the outputs follows edge n, which sees row n of the inputs."""
+    clocks, at = 2000, 1500
+    host = Accesses(DRIVE, clocks)
+    host.write(10, "MODE", axis0=1, axis1=1)
+    host.write(11, "BUS_LIMIT", most=12000)
+    host.read(1900, "STATUS", "BUS_LIMIT")
+    clear = Accesses(DRIVE, clocks)
+    clear.write(10, "MODE", axis0=1, axis1=1)
+    bus = np.where(np.arange(clocks) == at, level, 12000)
+    found = front_end().run(clocks, **host.columns, bus=bus)
+    low = found["low"]
+    assert (low[1000:at] == 0o77).all() and not low[at + 3 :].any()
+    status, limit = host.words(found)
+    fields = DRIVE.registers["STATUS"].fields
+    assert fields["overvoltage"].of(status) and fields["trip"].of(status) == 3 and limit == 12000
+    never = front_end().run(clocks, **clear.columns, bus=bus)
+    assert (never["low"][1000:] == 0o77).all(), "a limit of 0 never trips"
+
+
+def test_front_end__chopper_is_on_above_one_voltage_until_it_is_below_the_other():
+    """A random tour of the bus voltage, then a limit of 0; a trip changes nothing."""
+    clocks = 4000
+    draw = np.random.default_rng([SEED, 39])
+    bus = 11200 + np.cumsum(draw.integers(-150, 151, clocks))
+    bus = 11000 + np.abs((bus - 11000) % 3000 - 1500)  # within 11000 and 12500
+    host = Accesses(DRIVE, clocks)
+    host.write(10, "BUS_LIMIT", most=12300)
+    host.write(11, "CHOPPER", on=12000, off=11500)
+    host.read(3000, "CHOPPER")
+    host.write(3500, "CHOPPER", on=0, off=11500)
+    found = front_end().run(clocks, **host.columns, bus=bus)
+    on, expected = False, []
+    for clock, volts in enumerate(bus.tolist()):
+        on = 11 < clock <= 3500 and (volts > 12000 or (on and volts >= 11500))
+        expected.append(on)
+    assert sum(np.diff(expected[:3500]) != 0) > 10 and max(bus) > 12300
+    # The registers hold what was written after the edge of the write.
+    assert found["chopper"][1:].astype(bool).tolist() == expected[:-1]
+    assert host.words(found) == [11500 << 16 | 12000]

@@ -50,6 +50,7 @@ def short(system: ChainRtl) -> None:
 FAULTS = {
     "power stage": (lambda s: s.fault(DRIVES.U_dc, stage=2), 2, ()),
     "undervoltage": (lambda s: s.fault(300.0), ALL, ("undervoltage",)),
+    "overvoltage": (lambda s: s.fault(1.16 * DRIVES.U_dc), ALL, ("overvoltage",)),
     "encoder": (lambda s: s.fault(DRIVES.U_dc, touching=4), 4, ("illegal",)),
     "overcurrent": (short, 1, ()),
     "watchdog": (lambda s: s.current.write(CSR["WATCHDOG"], 50), ALL, ("fault",)),
@@ -96,6 +97,15 @@ def test_configured__build_and_registers_are_what_the_limits_of_parameters_say()
     limit = system.read_front("CURRENT_LIMIT") * DRIVES.current_scale / start_up.FAST_FULL_SCALE
     assert strongest < limit < DRIVES.current_scale
     assert system.read_front("DEAD_TIME") * start_up.CLOCK == pytest.approx(DRIVES.dead_time)
+
+
+def test_brake_chopper__is_on_before_the_trip_and_off_at_the_bus_voltage():
+    system = brought_up()
+    for volts, on in ((1.0, 0), (1.08, 0), (1.12, 1), (1.08, 1), (1.0, 0)):
+        system.fault(volts * DRIVES.U_dc)
+        system.clock(3)
+        assert system.look().chopper == on == system.status()["chopper"], volts
+        assert not system.status()["trip"], volts
 
 
 def test_following_error__stops_all_axes():

@@ -33,6 +33,8 @@ NONE = dict.fromkeys(REGMAP.registers["STATUS"].fields, 0)
         ),
         ({"trip": 31, "undervoltage": 1}, "tripped: leg 1, leg 2, leg 3, tilt, rotation (under",
          "U_dc", "overcurrent"),
+        ({"trip": 31, "overvoltage": 1}, "tripped: ",
+         "was above BUS_LIMIT; check the brake resistor", "overcurrent"),
         ({"trip": 31, "stop": 1}, "tripped: ", "stop: a processor that orders", "overcurrent"),
         ({"trip": 31, "fault": 1}, "tripped: ", "watchdog", "overcurrent"),
         ({"trip": 31, "late": 1}, "tripped: ", "late: ", "overcurrent"),

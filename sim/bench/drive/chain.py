@@ -51,7 +51,7 @@ class Look:
 
     place, rates: of tool and table (x, y, z, tilt, rotation) and their speeds.
     shoot_through: edges behind which both gates, or both switches, of a phase are on; silent: clock
-    of the last moment at which all gates went off.
+    of the last moment at which all gates went off; chopper: 1 while `chopper_o` is on.
     """
 
     joints: NDArray[np.float64]
@@ -64,6 +64,7 @@ class Look:
     shoot_through: int
     released: int
     silent: int
+    chopper: int
 
 
 class ChainRtl(DualRtl):
@@ -117,12 +118,13 @@ class ChainRtl(DualRtl):
 
     def look(self) -> Look:
         """The plant as it is."""
-        out = np.zeros(34)
+        out = np.zeros(35)
         self._lib.chain_look(self._handle, out.ctypes.data)
         joints, place, i_d, i_q, bristles, rates = (out[i : i + 5] for i in range(0, 30, 5))
-        clock, shoot_through, released, silent = (int(value) for value in out[30:])
+        clock, shoot_through, released, silent, chopper = (int(value) for value in out[30:])
         return Look(
-            *(joints, place, i_d, i_q, bristles, rates, clock, shoot_through, released, silent)
+            *(joints, place, i_d, i_q, bristles, rates, clock, shoot_through, released, silent),
+            chopper,
         )
 
     def begun(self) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:

@@ -270,7 +270,8 @@ void chain_place(void* handle, const servo::Parameters* p, const double* at, int
 }
 
 // joints, tool and table (x, y, z, tilt, rotation), i_d, i_q, bristles, speeds of tool and table: five each; then
-// clocks since the reset's end, edges with shoot-through, open brakes, clock of the last moment without gates.
+// clocks since the reset's end, edges with shoot-through, open brakes, clock of the last moment without gates,
+// whether the chopper is on.
 void chain_look(void* handle, double* out) {
   auto* chain = static_cast<System*>(handle);
   for (int n = 0; n < kAxes; ++n) {
@@ -285,6 +286,7 @@ void chain_look(void* handle, double* out) {
   out[31] = chain->shoot_through;
   out[32] = chain->top->release_o;
   out[33] = double(chain->tripped - chain->born);
+  out[34] = chain->top->chopper_o;
 }
 
 // Joints and (x, y, z, tilt, rotation) at the last control period's begin, and its clock in a half.

@@ -28,6 +28,8 @@ RUN = {f"axis{n}": 2 for n in range(AXES)}  # value of each field of MODE
 DIRECTIONS = (0.0, np.pi, 0.5 * np.pi, 1.5 * np.pi)  # angles of the alignment's currents [rad]
 FAST_FULL_SCALE = 8**3 // 2  # full scale of the fast currents: windows of 2^CONFIG.fast_log2 bits
 OVERCURRENT = 1.3  # trip level as a share of the greatest i_max
+UNDERVOLTAGE, OVERVOLTAGE = 0.8, 1.15  # trip levels of the bus as shares of U_dc
+CHOPPER_ON, CHOPPER_OFF = 1.1, 1.05  # the brake resistor's levels as shares of U_dc
 SETTLE = 1e-3  # time for the currents to settle after the gates are on [s]
 LEAST_MOVE = 4  # least move of an axis during alignment [counts]
 MOST_OFF = 0.15  # largest residual of the sine fit as a share of the axis' move
@@ -62,8 +64,8 @@ def trip_size(drives: Drives) -> int:
 def configure(system: ChainRtl, drives: Drives, setting: Setting, counts: Counts) -> None:
     """Program and registers; counts: the machine's position [counts].
 
-    The bus voltage trips below 0.8 of what it should be, a current at `trip_current`. Parameters
-    must have passed `hardware.check`.
+    The bus voltage trips below `UNDERVOLTAGE` and above `OVERVOLTAGE`, a current at
+    `trip_current`. Parameters must have passed `hardware.check`.
     """
     core = system.current
     core.load(current_program(drives, setting).image)
@@ -71,7 +73,10 @@ def configure(system: ChainRtl, drives: Drives, setting: Setting, counts: Counts
     system.front("DEAD_TIME", clocks=dead_clocks(drives))
     system.front("WINDOW", start=WINDOW)
     system.front("CURRENT_LIMIT", size=trip_size(drives))
-    system.front("GUARD", bus=round(0.8 * drives.U_dc / setting.bus_scale), encoder=1)
+    bus = drives.U_dc / setting.bus_scale
+    system.front("GUARD", bus=round(UNDERVOLTAGE * bus), encoder=1)
+    system.front("BUS_LIMIT", most=round(OVERVOLTAGE * bus))
+    system.front("CHOPPER", on=round(CHOPPER_ON * bus), off=round(CHOPPER_OFF * bus))
     for n in range(AXES):
         system.front("ORIGIN", n, value=int(counts[n]) & 0xFFFFFFFF)
     recover(system)

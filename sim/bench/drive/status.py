@@ -13,6 +13,8 @@ COMMON = {
     "fault": "a run of the current loops ended with a fault or beyond its watchdog; read that "
     "processor's STATUS, and look for a loop that is unstable with these R, L_d, L_q",
     "undervoltage": "the bus was below GUARD.bus; check the supply and U_dc",
+    "overvoltage": "the bus was above BUS_LIMIT; check the brake resistor, its chopper, and how "
+    "fast the axes slow down",
     "stop": "a processor that orders, tracking or trajectory, has faulted; clear its fault first",
 }
 """Flags of STATUS that trip every axis: cause and cure."""

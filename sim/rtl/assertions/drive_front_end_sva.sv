@@ -9,6 +9,7 @@ module drive_front_end_sva #(
     input logic fault_q,
     input logic under_q,
     input logic stop_q,
+    input logic bus_over_q,
     input logic [Axes-1:0] release_o,
     input logic read_i,
     input logic waitrequest_o,
@@ -20,7 +21,7 @@ module drive_front_end_sva #(
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) without_q <= '0;
-    else without_q <= {without_q[0], late_q || fault_q || under_q || stop_q};
+    else without_q <= {without_q[0], late_q || fault_q || under_q || bus_over_q || stop_q};
   end
 
   NoGateWithoutTheProcessor : assert property (@(posedge clk_i) disable iff (!rst_ni)

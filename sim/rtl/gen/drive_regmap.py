@@ -34,6 +34,8 @@ REGMAP = RegisterMap(
                 busy=26,
                 undervoltage=27,
                 stop=28,
+                overvoltage=29,
+                chopper=30,
             ),
         ),
         RegisterRecord(
@@ -69,6 +71,7 @@ REGMAP = RegisterMap(
         ),
         RegisterRecord("GUARD", 13, "rw", reset=0, fields=bit_fields(bus=(0, 16), encoder=16)),
         RegisterRecord("BRAKE", 14, "rw", reset=0, fields=bit_fields(release=(0, 8))),
+        RegisterRecord("BUS_LIMIT", 15, "rw", reset=0, fields=bit_fields(most=(0, 16))),
         RegisterRecord("POSITION", 16, "r", count=8),
         RegisterRecord("EDGE_TIME", 24, "r", count=8),
         RegisterRecord("INDEX", 32, "r", count=8),
@@ -76,5 +79,6 @@ REGMAP = RegisterMap(
         RegisterRecord("CURRENT_B", 48, "r", count=8),
         RegisterRecord("ILLEGAL", 56, "r", count=8),
         RegisterRecord("ORIGIN", 64, "rw", reset=0, count=8),
+        RegisterRecord("CHOPPER", 72, "rw", reset=0, fields=bit_fields(on=(0, 16), off=(16, 16))),
     ),
 )

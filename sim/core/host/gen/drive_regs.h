@@ -67,6 +67,12 @@ extern "C" {
 #define DRIVE__CSR__STATUS__STOP_bm 0x10000000
 #define DRIVE__CSR__STATUS__STOP_bp 28
 #define DRIVE__CSR__STATUS__STOP_bw 1
+#define DRIVE__CSR__STATUS__OVERVOLTAGE_bm 0x20000000
+#define DRIVE__CSR__STATUS__OVERVOLTAGE_bp 29
+#define DRIVE__CSR__STATUS__OVERVOLTAGE_bw 1
+#define DRIVE__CSR__STATUS__CHOPPER_bm 0x40000000
+#define DRIVE__CSR__STATUS__CHOPPER_bp 30
+#define DRIVE__CSR__STATUS__CHOPPER_bw 1
 
 // reg - drive::csr::MODE
 #define DRIVE__CSR__MODE__AXIS0_bm 0x3
@@ -181,6 +187,12 @@ extern "C" {
 #define DRIVE__CSR__BRAKE__RELEASE_bw 8
 #define DRIVE__CSR__BRAKE__RELEASE_reset 0x0
 
+// reg - drive::csr::BUS_LIMIT
+#define DRIVE__CSR__BUS_LIMIT__MOST_bm 0xffff
+#define DRIVE__CSR__BUS_LIMIT__MOST_bp 0
+#define DRIVE__CSR__BUS_LIMIT__MOST_bw 16
+#define DRIVE__CSR__BUS_LIMIT__MOST_reset 0x0
+
 // reg - drive::csr::POSITION
 #define DRIVE__CSR__POSITION__VALUE_bm 0xffffffff
 #define DRIVE__CSR__POSITION__VALUE_bp 0
@@ -217,6 +229,16 @@ extern "C" {
 #define DRIVE__CSR__ORIGIN__VALUE_bw 32
 #define DRIVE__CSR__ORIGIN__VALUE_reset 0x0
 
+// reg - drive::csr::CHOPPER
+#define DRIVE__CSR__CHOPPER__ON_bm 0xffff
+#define DRIVE__CSR__CHOPPER__ON_bp 0
+#define DRIVE__CSR__CHOPPER__ON_bw 16
+#define DRIVE__CSR__CHOPPER__ON_reset 0x0
+#define DRIVE__CSR__CHOPPER__OFF_bm 0xffff0000
+#define DRIVE__CSR__CHOPPER__OFF_bp 16
+#define DRIVE__CSR__CHOPPER__OFF_bw 16
+#define DRIVE__CSR__CHOPPER__OFF_reset 0x0
+
 // regfile - drive::csr
 typedef struct __attribute__ ((__packed__)) {
     uint32_t ID;
@@ -234,7 +256,7 @@ typedef struct __attribute__ ((__packed__)) {
     uint32_t COMPARE;
     uint32_t GUARD;
     uint32_t BRAKE;
-    uint8_t RESERVED_3c_3f[0x4];
+    uint32_t BUS_LIMIT;
     uint32_t POSITION[8];
     uint32_t EDGE_TIME[8];
     uint32_t INDEX[8];
@@ -242,6 +264,7 @@ typedef struct __attribute__ ((__packed__)) {
     uint32_t CURRENT_B[8];
     uint32_t ILLEGAL[8];
     uint32_t ORIGIN[8];
+    uint32_t CHOPPER;
 } drive__csr_t;
 
 // addrmap - drive
