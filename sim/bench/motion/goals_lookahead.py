@@ -139,7 +139,7 @@ def path_times(counts: Counts, rows: Rows) -> Measured:
 
 
 @FEATURES.feature(
-    "A-G-H P 0.01; raster P 0.05; chords of 1 and 0.02 mm P 0.02: time more than the least of IPOPT in the same corridor",
+    "time above the least of IPOPT: A-G-H P 0.01; raster P 0.05; mixed chords P 0.02",
     "-",
     "<= 3 %",
     "make goals T=motion RUN=full",
