@@ -27,10 +27,6 @@ module n2_fetch #(
     input  logic                    update_m_i,
     input  logic [TableBits-1:0]    index_m_i,
     input  logic [1:0]              counter_m_i,
-    // from the decoder, about the word in D
-    input  logic                    branch_d_i,
-    input  logic                    direct_d_i,
-    input  logic                    absolute_d_i,    // with direct_d_i
     // to D
     output logic                    valid_d_o,
     output logic [31:0]             word_d_o,
@@ -44,10 +40,15 @@ module n2_fetch #(
 
   logic [AddressWidth-1:0] pc_f_q, next_f, next_d_q, target_d, next_pc, relative_d, absolute_d;
   logic valid_f_q, valid_d_q, take_f, take_d, older, relative, absolute, sequential;
+  logic taken_f, taken_d_q, absolute_d_q;
   logic [31:0] word_d_q;
   logic [TableBits-1:0] index_d_q;
-  logic [1:0] counter_f_q, counter_d_q;
-  logic [1:0] table_q[0:2**TableBits-1];
+  logic [1:0] counter_f, counter_d_q;
+  // The table is in banks of 16 counters. The address of a word arrives last of all, so only its lower
+  // bits select in the cycle that reads; the bank is selected in F.
+  localparam int unsigned RowBits = 4;
+  localparam int unsigned Banks = 2 ** (TableBits - RowBits);
+  logic [Banks-1:0][1:0] counters_f_q;
 
   // The upper bits of imm26, as wide as the memory leaves them.
   localparam logic [25:0] RegionBits = 26'(Region);
@@ -56,15 +57,15 @@ module n2_fetch #(
   assign next_f     = pc_f_q + 1'b1;
   assign relative_d = next_d_q + AddressWidth'($signed(word_d_q[21:8]));
   assign absolute_d = word_d_q[6+:AddressWidth];
-  assign target_d   = absolute_d_i ? absolute_d : relative_d;
-  assign taken_d_o  = direct_d_i || (branch_d_i && counter_d_q[1]);
+  assign target_d   = absolute_d_q ? absolute_d : relative_d;
+  assign taken_d_o  = taken_d_q;
   assign other_d_o  = counter_d_q[1] ? next_d_q : target_d;
 
   always_comb begin
     older      = redirect_m_i || jump_e_i;
-    relative   = valid_d_q && taken_d_o && !absolute_d_i && !older;
-    absolute   = valid_d_q && absolute_d_i && !older;
-    sequential = !(valid_d_q && taken_d_o) && !older;
+    relative   = valid_d_q && taken_d_q && !absolute_d_q && !older;
+    absolute   = valid_d_q && absolute_d_q && !older;
+    sequential = !(valid_d_q && taken_d_q) && !older;
     // The sum comes last, so that one gate follows it.
     next_pc = ({AddressWidth{relative}} & relative_d) | ({AddressWidth{sequential}} & next_f) |
               ({AddressWidth{absolute}} & absolute_d) | ({AddressWidth{redirect_m_i}} & target_m_i) |
@@ -83,29 +84,52 @@ module n2_fetch #(
       pc_f_q    <= ResetVector[2+:AddressWidth];
     end else if (take_d) begin
       valid_f_q <= 1'b1;
-      valid_d_q <= valid_f_q && !redirect_m_i && !jump_e_i && !(valid_d_q && taken_d_o);
+      valid_d_q <= valid_f_q && !redirect_m_i && !jump_e_i && !(valid_d_q && taken_d_q);
       pc_f_q    <= next_pc;
     end
   end
 
   always_ff @(posedge clk_i) begin
     if (take_d) begin
-      word_d_q    <= itcm_rdata_i;
+      word_d_q     <= itcm_rdata_i;
+      taken_d_q    <= taken_f;
+      absolute_d_q <= n2_pkg::is_absolute(itcm_rdata_i[5:0]);
       next_d_q    <= next_f;
       index_d_q   <= pc_f_q[TableBits-1:0];
-      counter_d_q <= counter_f_q;
+      counter_d_q <= counter_f;
     end
   end
 
-  initial begin
-    for (int unsigned i = 0; i < 2 ** TableBits; i++) table_q[i] = 2'b01;
+  genvar i;
+  generate
+    for (i = 0; i < Banks; i++) begin : gen_bank
+      logic [1:0] table_q[0:2**RowBits-1];
+      logic update;
+
+      initial begin
+        for (int unsigned k = 0; k < 2 ** RowBits; k++) table_q[k] = 2'b01;
+      end
+
+      assign update = update_m_i && (index_m_i >> RowBits) == TableBits'(i);
+
+      // Not always_ff, which lets no `initial` write the table.
+      always @(posedge clk_i) begin
+        if (update) table_q[index_m_i[RowBits-1:0]] <= counter_m_i;
+        if (take_f) counters_f_q[i] <= table_q[next_pc[RowBits-1:0]];
+      end
+    end
+  endgenerate
+
+  always_comb begin
+    counter_f = 2'b00;
+    for (int unsigned k = 0; k < Banks; k++) begin
+      if ((pc_f_q[TableBits-1:0] >> RowBits) == TableBits'(k)) counter_f = counter_f | counters_f_q[k];
+    end
   end
 
-  // Not always_ff, which lets no `initial` write the table.
-  always @(posedge clk_i) begin
-    if (update_m_i) table_q[index_m_i] <= counter_m_i;
-    if (take_f) counter_f_q <= table_q[next_pc[TableBits-1:0]];
-  end
+  // Transfers are recognised before the word is in D, where they decide the next address.
+  assign taken_f = n2_pkg::is_direct(itcm_rdata_i[5:0]) ||
+                   (n2_pkg::is_branch(itcm_rdata_i[5:0]) && counter_f[1]);
 
   assign valid_d_o   = valid_d_q;
   assign word_d_o    = word_d_q;
