@@ -128,6 +128,24 @@ def build_graph(
     return graph
 
 
+def edges_around(
+    operations: Sequence[Operation],
+    machine: Machine,
+    storage: Mapping[Virtual, Virtual] | None = None,
+) -> list[tuple[int, int, int]]:
+    """Order constraints from round to round of the body of a loop: (i, j, d), operation j issues at
+    least d cycles after operation i of the round before. A distance of 1 constrains nothing.
+    """
+    count = len(operations)
+    twice = build_graph([*operations, *operations], machine, storage)
+    return [
+        (i, j - count, distance)
+        for i, edges in enumerate(twice.successors[:count])
+        for j, distance in edges
+        if j >= count and distance > 1
+    ]
+
+
 def stream_place(operation: Operation) -> int | None:
     """Pipe whose stream the operation reads or moves; None without one."""
     if operation.mnemonic == "seek":

@@ -10,10 +10,13 @@ from dataclasses import dataclass, replace
 from asip_asm.dependence import build_graph
 from asip_asm.ir import Bundle, FixedState, Operation, Program, Register, State, Virtual
 from asip_asm.liveness import region_liveness
+from asip_asm.loops import region_loops
 from asip_asm.machine import BRANCHES, RUN_OVERHEAD, STALL_CAUSES, Machine, sources
-from asip_asm.search import build_problem, critical_path, occupancy_bounds
+from asip_asm.search import build_problem, critical_path, occupancy_bounds, round_bound
 
 BANKS = ("A", "B", "C")
+ROUNDS = 4
+"""Rounds after which those of a loop are taken to last the same."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +27,8 @@ class Section:
     the lower bounds: `critical_path` (data flow without resource limits) and `bounds` by resource
     (slots, write port of bank C, units that are not pipelined). `busy` holds the cycles in which a
     unit or port takes an operation; a unit that is not pipelined counts until its result is
-    written. `places` is the number of units of a kind.
+    written. `places` is the number of units of a kind. `round_cycles`: of the body of a loop, from
+    round to round, and what its slots, its write port and its longest chain need of them.
     """
 
     title: str
@@ -36,6 +40,7 @@ class Section:
     busy: dict[str, int]
     places: dict[str, int]
     stalls: dict[str, int]
+    round_cycles: tuple[int, int] | None = None
 
     @property
     def bound(self) -> int:
@@ -81,8 +86,13 @@ class Report:
 def _render(section: Section) -> list[str]:
     bounds = {"critical path": section.critical_path, **section.bounds}
     busy = ", ".join(f"{name} {section.occupancy(name):.0f} %" for name in section.busy)
+    rounds = []
+    if section.round_cycles is not None:
+        cycles, least = section.round_cycles
+        rounds = [f"a round of the loop  {cycles} cycles, {least} at least"]
     return [
         f"{section.title:<20} {section.operations} operations in {section.bundles} bundles",
+        *rounds,
         f"cycles               {section.cycles}, {section.distance:.1f} % above the lower bound",
         "lower bounds         " + ", ".join(f"{name} {value}" for name, value in bounds.items()),
         f"occupancy            {busy}",
@@ -93,21 +103,24 @@ def _render(section: Section) -> list[str]:
 
 def report_program(program: Program, machine: Machine) -> Report:
     """Figures of a program after `allocate_registers`."""
+    bodies = {loop.first for loop in region_loops(program) if loop.first == loop.last}
     parts = [
-        (" ".join(region.labels) or f"region {i}", region.bundles or [])
+        (" ".join(region.labels) or f"region {i}", region.bundles or [], i in bodies)
         for i, region in enumerate(program.regions)
     ]
     if not any(op.mnemonic in (*BRANCHES, "loop") for _, _, op in program.placed()):
-        parts = [("whole program", program.bundles)]
+        parts = [("whole program", program.bundles, False)]
     return Report(
         title=program.title,
         configuration=machine.configuration,
-        sections=tuple(_section(title, bundles, machine) for title, bundles in parts if bundles),
+        sections=tuple(
+            _section(title, bundles, machine, body) for title, bundles, body in parts if bundles
+        ),
         registers=_registers(program, machine),
     )
 
 
-def _section(title: str, bundles: Sequence[Bundle], machine: Machine) -> Section:
+def _section(title: str, bundles: Sequence[Bundle], machine: Machine, body: bool) -> Section:
     operations = [op for op in _data_flow(bundles) if op.mnemonic != "nop"]
     problem = build_problem(build_graph(operations, machine), machine)
     busy: Counter[str] = Counter()
@@ -120,6 +133,10 @@ def _section(title: str, bundles: Sequence[Bundle], machine: Machine) -> Section
             busy[unit.name] += unit.interval
             places[unit.name] = 1
     issues = machine.issue_cycles(bundles)
+    rounds = None
+    if body:
+        begins = [issue.cycle for issue in machine.issue_cycles([*bundles] * ROUNDS)]
+        rounds = begins[-len(bundles)] - begins[-2 * len(bundles)], round_bound(problem)
     return Section(
         title=title,
         operations=len(operations),
@@ -130,6 +147,7 @@ def _section(title: str, bundles: Sequence[Bundle], machine: Machine) -> Section
         busy=dict(busy),
         places=places,
         stalls={cause: sum(getattr(issue, cause) for issue in issues) for cause in STALL_CAUSES},
+        round_cycles=rounds,
     )
 
 

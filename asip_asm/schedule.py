@@ -8,8 +8,9 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
-from asip_asm.dependence import build_graph
+from asip_asm.dependence import build_graph, edges_around
 from asip_asm.ir import Bundle, Operation, Output, Program, Region, Register, Virtual
+from asip_asm.loops import region_loops
 from asip_asm.machine import Machine, sources
 from asip_asm.search import Problem, Progress, Value, build_problem, delay_loads, search
 
@@ -159,6 +160,8 @@ class _Placement:
         self.machine = machine
         self.fixed = decide_banks(program, machine)
         self.storage = state_storage(program)
+        loops = region_loops(program)
+        self.bodies = [program.regions[loop.first] for loop in loops if loop.first == loop.last]
 
     def slots(self, operation: Operation) -> tuple[int, ...]:
         """Slots where the operation's result goes to the bank its destination needs.
@@ -186,7 +189,10 @@ class _Placement:
             slots = self.slots(op)
             pipe.append(slots[0] if len(slots) < len(self.machine.slots_of(op)) else None)
         graph = build_graph(region.operations, self.machine, self.storage)
-        return build_problem(graph, self.machine, pipe, *self._values(region))
+        around = None
+        if region in self.bodies:
+            around = edges_around(region.operations, self.machine, self.storage)
+        return build_problem(graph, self.machine, pipe, *self._values(region), around)
 
     def _values(self, region: Region) -> tuple[list[Value], tuple[int, int]]:
         """Register values of the region in two pools, multiply-add banks and bank C, and the pools'

@@ -64,7 +64,9 @@ class Problem:
     `lane[i]` is the slot class of operation i and `lanes` the slots per class; `pipe[i]` fixes a
     slot (None: any of the class); `port[i]`: takes the shared write port at issue + latency;
     `blocked[i]`: the unit that it blocks and for how many cycles (None: pipelined). `capacity`
-    holds the registers available to each pool of `values`.
+    holds the registers available to each pool of `values`. `around` is None unless the operations
+    are the body of a loop; (i, j, d) there: operation j of a round issues at least d cycles after
+    operation i of the round before.
     """
 
     graph: Graph
@@ -75,6 +77,7 @@ class Problem:
     blocked: list[tuple[str, int] | None]
     values: list[Value] = field(default_factory=list)
     capacity: tuple[int, ...] = ()
+    around: list[tuple[int, int, int]] | None = None
 
 
 def build_problem(
@@ -83,6 +86,7 @@ def build_problem(
     pipe: list[int | None] | None = None,
     values: list[Value] | None = None,
     capacity: tuple[int, ...] = (),
+    around: list[tuple[int, int, int]] | None = None,
 ) -> Problem:
     """Problem of a graph on a machine; lanes are 'fma slots' and 'aux slots', or 'any slots'."""
     names = {
@@ -99,6 +103,7 @@ def build_problem(
         blocked=[(unit.name, unit.interval) if unit.interval > 1 else None for unit in units],
         values=values or [],
         capacity=capacity,
+        around=around,
     )
 
 
@@ -120,6 +125,42 @@ def length(problem: Problem, times: Sequence[int]) -> int:
         (t + latency + 1 for t, latency in zip(times, problem.graph.latency, strict=True)),
         default=0,
     )
+
+
+def round_cycles(problem: Problem, times: Sequence[int]) -> int:
+    """Cycles from round to round of a loop whose body issues at `times`."""
+    found = max(times, default=0) + 1
+    for i, j, distance in problem.around or ():
+        found = max(found, times[i] + distance - times[j])
+    writes = [
+        (t + latency) % found
+        for t, latency, port in zip(times, problem.graph.latency, problem.port, strict=True)
+        if port
+    ]
+    return found + len(writes) - len(set(writes))
+
+
+def round_bound(problem: Problem) -> int:
+    """Lower bound in cycles from round to round of a loop: issue slots, write port, blocking units,
+    the longest chain from the first bundle to the last, and chains that go around.
+    """
+    graph = problem.graph
+    counts = Counter(problem.lane)
+    bounds = [-(-count // problem.lanes[name]) for name, count in counts.items()]
+    busy = Counter(block for block in problem.blocked if block is not None)
+    bounds += [sum(problem.port), *(interval * n for (_, interval), n in busy.items())]
+    bounds.append(max(graph.heads(), default=0) + 1)
+    ends: dict[int, list[tuple[int, int]]] = {}
+    for i, j, distance in problem.around or ():
+        ends.setdefault(j, []).append((i, distance))
+    for first, lasts in ends.items():
+        longest: dict[int, int] = {first: 0}
+        for i in range(first, len(graph.operations)):
+            if i in longest:
+                for j, distance in graph.successors[i]:
+                    longest[j] = max(longest.get(j, 0), longest[i] + distance)
+        bounds += [longest[i] + distance for i, distance in lasts if i in longest]
+    return max(bounds)
 
 
 def critical_path(problem: Problem) -> int:
@@ -183,9 +224,12 @@ def ordered(graph: Graph, keys: Sequence[float], forward: bool) -> list[int]:
     return result
 
 
-def place(problem: Problem, order: Sequence[int], forward: bool) -> list[int]:
+def place(
+    problem: Problem, order: Sequence[int], forward: bool, least: Sequence[int] = ()
+) -> list[int]:
     """Issue cycles of operations that a serial list scheduler places in this order, from 0 on;
-    backward the schedule is built from its end and then moved to start at 0.
+    backward the schedule is built from its end and then moved to start at 0. least: cycles of each
+    operation from the start, or to the end.
     """
     latency = problem.graph.latency
     edges = problem.graph.predecessors if forward else problem.graph.successors
@@ -200,7 +244,7 @@ def place(problem: Problem, order: Sequence[int], forward: bool) -> list[int]:
     busy: dict[str, dict[int, int]] = {block[0]: {} for block in blocked if block is not None}
     times = [0] * len(order)
     for i in order:
-        u = 0 if forward else latency[i] + 1
+        u = least[i] if least else 0 if forward else latency[i] + 1
         for j, distance in edges[i]:
             v = times[j] + distance
             if v > u:
@@ -311,7 +355,9 @@ class _Search:
         self.effort = effort
         self.progress = progress
         self.rng = random.Random(SEED)
-        self.bound = lower_bound(problem)
+        looped = problem.around is not None
+        self.length = round_cycles if looped else length
+        self.bound = (round_bound if looped else lower_bound)(problem)
         self.tried = 0
         self.gained = 0
 
@@ -343,7 +389,7 @@ class _Search:
 
     def _tell(self, best: Found) -> None:
         if self.progress is not None:
-            cycles = length(self.problem, best[1])
+            cycles = self.length(self.problem, best[1])
             self.progress(Progress(self.tried, self.effort, cycles, self.bound))
 
     def _evolve(self, found: list[Found]) -> list[int]:
@@ -400,7 +446,26 @@ class _Search:
 
     def _place(self, keys: Sequence[float], forward: bool) -> list[int]:
         self.tried += 1
-        return place(self.problem, ordered(self.problem.graph, keys, forward), forward)
+        order = ordered(self.problem.graph, keys, forward)
+        return place(self.problem, order, forward, self._least(keys, forward))
+
+    def _least(self, keys: Sequence[float], forward: bool) -> list[int]:
+        """Of the body of a loop: cycles that operations keep from the start, or from the end, for
+        those of the round before, or after, if these are where the keys say.
+        """
+        problem = self.problem
+        if problem.around is None:
+            return []
+        if forward:
+            end = max(keys, default=0) + 1
+            found = [0] * len(keys)
+            for i, j, distance in problem.around:
+                found[j] = max(found[j], int(distance - (end - keys[i])))
+        else:
+            found = [1] * len(keys)
+            for i, j, distance in problem.around:
+                found[i] = max(found[i], int(distance + keys[j]))  # keys are negative times
+        return found
 
     def _improve(self, times: list[int]) -> Found:
         """Justify to the end and back to the start, as long as that is better."""
@@ -419,4 +484,4 @@ class _Search:
         peaks = pressure(self.problem, times)
         capacity = self.problem.capacity
         excess = sum(max(0, peak - size) for peak, size in zip(peaks, capacity, strict=True))
-        return length(self.problem, times) + EXCESS_PENALTY * excess, sum(peaks)
+        return self.length(self.problem, times) + EXCESS_PENALTY * excess, sum(peaks)

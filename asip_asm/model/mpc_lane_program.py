@@ -2,9 +2,14 @@
 """Program of a problem of model-predictive control in lanes: products of matrices on vectors.
 
 The iterations are those of `mpc_program`. Rows of a matrix with equal columns share a vector,
-and a column that a vector does not have takes no cycle. Of each boxed coordinate the data memory
-holds t alone, from which v, w and h follow: one store and two loads of an iteration, instead of two
-stores and two loads, as the auxiliary slot is what bounds a step.
+and a column that a vector does not have takes no cycle. The auxiliary slot bounds a step, so
+
+- the data memory holds t alone of each boxed coordinate, from which v, w and h follow: one store
+  and two loads of an iteration, instead of two stores and two loads;
+- p and r are those of `mpc_program` divided by the penalty of their coordinate, with gains to
+  match, so that h itself is the gradient;
+- the sweep is linear in its gradients, so what the reference adds to d is found once in a tick, and
+  an iteration loads m words of a step instead of n.
 """
 
 from __future__ import annotations
@@ -15,7 +20,7 @@ import numpy as np
 
 from asip_asm.machine import Machine
 from asip_asm.model.mpc_problem import Problem, half_width
-from asip_asm.model.mpc_program import BACK, RESIDUALS, STEP, Maker, slot_of
+from asip_asm.model.mpc_program import BACK, RESIDUALS, STEP, Maker, _names, slot_of
 from asip_asm.model.plan import NEGLIGIBLE, Plan
 from asip_asm.model.plan_items import PIPES, Operand, Vectors, Words
 
@@ -32,7 +37,34 @@ class LaneMaker(Maker):
         self.plan.reorder = True
         self.plan.spaces["slot"] += self.slot.size  # where the first step of a sweep stores nothing
         self.load = [0] * len(PIPES)
-        self.kept: list[tuple[str, int]] = []
+        self.kept: list[tuple[str, int, int]] = []
+        gains, (n, m, steps) = self.gains, problem.sizes
+        self.weights, own_u = (np.where(rho > 0, rho, 1.0) for rho in problem.penalty)
+        own, f, k = self.weights, np.swapaxes(gains.f, 1, 2), np.swapaxes(gains.k, 1, 2)
+        self.to_p = np.concatenate((f * own, -k * own_u), 2) / own[:, None]
+        self.to_d = np.concatenate((-gains.sb * own, -gains.s * own_u), 2)
+        ones = np.broadcast_to(np.eye(m), (steps, m, m))
+        self.to_u = Words(np.concatenate((-gains.k, ones), 2), (STEP,))
+        b = np.broadcast_to(problem.b, (steps, n, m))
+        self.to_x = Words(np.concatenate((gains.f, b), 2), (STEP,))
+
+    # ------------------------------------------------------------------ addresses
+    def index(self, value: int) -> None:
+        """The index is that of the slot before: a step on comes before the stores of a round."""
+        super().index(value - 1)
+
+    def address(self, offset: int, before: int = 0) -> int:
+        return super().address(offset, before - 1)
+
+    def store_kept(self, step: int = 0) -> None:
+        """Step to another slot and store the words that are kept, after all loads: loads and stores
+        stay in order.
+        """
+        if step:
+            self.step(step)
+        for value, offset, before in self.kept:
+            self.plan.store(value, "slot", self.address(offset, before + step), "i")
+        self.kept.clear()
 
     # ------------------------------------------------------------------ products
     def sums(self, matrix: Words, x: Sequence[str], into: str = "") -> Rows:
@@ -115,31 +147,50 @@ class LaneMaker(Maker):
             return self.plan.op("fmax", t, low)
         return self.plan.op("fsat", t, low, high)
 
-    def pulls(self, offsets: dict[int, int], before: int, boxes: np.ndarray) -> dict[int, str]:
-        found = {}
-        for i, t in self.loaded(offsets, before).items():
-            found[i] = self.plan.op("fnmsub", 2.0, self.limited(t, boxes[:, i]), t)
+    def pull_of(self, t: str, box: np.ndarray, to: str = "") -> str:
+        return self.plan.op("fnmsub", 2.0, self.limited(t, box), t, to=to)
+
+    def pulls(
+        self, offsets: dict[int, int], before: int, box: np.ndarray, into: Sequence[str] = ()
+    ) -> list[str]:
+        """h of each coordinate of a step; empty, or with `into` a zero, where it has no limit."""
+        known = self.loaded(offsets, before)
+        found = []
+        for i in range(box.shape[1]):
+            to = into[i] if into else ""
+            if i in known:
+                found.append(self.pull_of(known[i], box[:, i], to))
+            else:
+                found.append(self.copy(0.0, to) if to else "")
         return found
 
-    def pulls_of_states(self, before: int) -> dict[int, str]:
-        return self.pulls(self.slot.w_x, before, self.problem.state_box)
-
     def pulls_of_inputs(self, before: int) -> dict[int, str]:
-        return self.pulls(self.slot.w_u, before, self.problem.input_box)
+        """Those of a step's inputs, to the names that a sweep begins with."""
+        names = self.pulls(self.slot.w_u, before, self.problem.input_box, self.r)
+        return dict(enumerate(names))
 
-    def stepped(self, value: str, old: str, address: int, box: np.ndarray) -> tuple[str, str]:
-        """New t of a coordinate, to be stored; the last limited value."""
+    def gradients(
+        self, h_x: dict[int, str], pull: list[str], before: int, q: list[str], r: list[str]
+    ) -> tuple[list[str], list[str]]:
+        """Pulls of the last step, to p and r; those of the limited state are there already."""
+        if not h_x:
+            self.pulls(self.slot.w_x, before, self.problem.state_box, self.p)
+        else:
+            for i, name in enumerate(self.p):
+                if i not in h_x:
+                    self.copy(0.0, name)
+        self.pulls_of_inputs(before)
+        return q, r
+
+    def stepped(
+        self, value: str, old: str, place: tuple[int, int], box: np.ndarray
+    ) -> tuple[str, str]:
+        """New t of a coordinate, to be stored at an offset of a slot; the last limited value."""
         v = self.limited(old, box)
         w = self.plan.op("fnmsub", self.alpha, v, old)
         t = self.plan.op("fmadd", self.alpha, value, w)
-        self.kept.append((t, address))
+        self.kept.append((t, *place))
         return t, v
-
-    def store_kept(self) -> None:
-        """Store the words of the next tick, after all loads: loads and stores stay in order."""
-        for value, address in self.kept:
-            self.plan.store(value, "slot", address, "i")
-        self.kept.clear()
 
     def residual_of(self, value: str, t: str, old: str, box: np.ndarray) -> str:
         """Squares of the distance from the limited value, and of the limited value's move."""
@@ -154,86 +205,112 @@ class LaneMaker(Maker):
         found, box = {}, self.problem.state_box
         known = self.loaded(self.slot.w_x, before)
         for i, offset in self.slot.w_x.items():
-            t, old = self.stepped(self.x[i], known[i], self.address(offset, before), box[:, i])
+            t, old = self.stepped(self.x[i], known[i], (offset, before), box[:, i])
             if residuals:
                 self.residual_of(self.x[i], t, old, box[:, i])
             elif not before:
-                found[i] = self.plan.op("fnmsub", 2.0, self.limited(t, box[:, i]), t)
+                found[i] = self.pull_of(t, box[:, i], self.p[i])
         if not before:
             self.store_kept()
         return found
 
     # ------------------------------------------------------------------ sweeps
-    def backward(self) -> None:
-        plan, gains, steps = self.plan, self.gains, self.problem.horizon
-        f, k = np.swapaxes(gains.f, 1, 2), np.swapaxes(gains.k, 1, 2)
-        gain = reversed_gains(np.concatenate((-gains.sb, -gains.s), 2))
-        both = [*self.p, *self.r]
-        d = self.late(gain, "d")
+    def references(self) -> None:
+        """What the reference adds to d of each step: a sweep with its pulls alone, once in a tick.
+        With a trajectory it moves them a step on: a tick later they are those of the step before.
+        """
+        self.end = []  # p has no reference in the iterations
+        problem, plan, own = self.problem, self.plan, self.weights[:, None]
+        n, _, steps = problem.sizes
+        plan.rewind()
+        self.d, self.u = self.late(reversed_gains(self.to_d), "d"), self.late(self.to_u, "u")
+        if problem.reference == "none":
+            return
+        to_d, to_p = (reversed_gains(each[:, :, :n]) for each in (self.to_d, self.to_p))
+        d = self.late(to_d, "r")
+        self.multiplied(-problem.terminal / own, self.wanted, self.p)
+        known = _names("pull", n)
+        trajectory = problem.reference == "trajectory"
+        wanted = [plan.load("end_ref", i) for i in range(n)] if trajectory else self.wanted
+        self.multiplied(-problem.q / own, wanted, known)
+        if trajectory:
+            for i, name in enumerate(self.wanted):
+                plan.store(name, "end_ref", i)
+        self.index(steps - 1)
         with plan.loop(BACK, steps):
             self.load = [0] * len(PIPES)
-            self.store_inputs(d)
-            self.sums(gain, both, "d")
-            p = self.sums(reversed_gains(np.concatenate((f, -k), 2)), both)
-            pull = self.pull
-            if self.slot.pull:
-                pull = [plan.load("slot", self.address(o, 1), "i") for o in self.slot.pull]
-            q, _ = self.gradients({}, pull, 1, [], [])
-            self.taken(p, q, self.p)
-            self.store_kept()
-            for h, rho, to in self.later:
-                self.gradient(h, rho, [], to)
-            self.step(-1)
-        self.store_inputs(d)
+            self.keep_inputs(d, self.slot.d_ref)
+            self.sums(to_d, self.p, "r")
+            p = self.sums(to_p, self.p)
+            moved = [plan.load("slot", self.address(o, 1), "i") for o in self.slot.pull]
+            for name, offset in zip(known if moved else (), self.slot.pull, strict=True):
+                self.kept.append((name, offset, 1))
+            self.taken(p, known, self.p)
+            self.store_kept(-1)
+            for name, to in zip(moved, known, strict=False):
+                self.copy(name, to)
+        self.keep_inputs(d, self.slot.d_ref)
         self.store_kept()
 
-    def store_inputs(self, d: Rows) -> None:
-        """Keep d of the step before, whose sums have come late, to be stored behind all loads."""
-        for name, offset in zip(self.taken(d), self.slot.d, strict=True):
-            self.kept.append((name, self.address(offset, -1)))
+    def backward(self) -> None:
+        plan, both = self.plan, [*self.p, *self.r]
+        to_d, to_p = reversed_gains(self.to_d), reversed_gains(self.to_p)
+        with plan.loop(BACK, self.problem.horizon):
+            self.load = [0] * len(PIPES)
+            self.keep_inputs(self.d, self.slot.d, self.slot.d_ref)
+            self.sums(to_d, both, "d")
+            p = self.sums(to_p, both)
+            q = self.pulls(self.slot.w_x, 1, self.problem.state_box)
+            self.taken(p, q, self.p)
+            self.pulls_of_inputs(1)
+            self.store_kept(-1)
+        self.keep_inputs(self.d, self.slot.d, self.slot.d_ref)
+        self.store_kept()
+
+    def keep_inputs(self, d: Rows, offsets: Sequence[int], known: Sequence[int] = ()) -> None:
+        """Keep d of the step before, whose sums have come late, to be stored behind all loads.
+        known: words to which they are added.
+        """
+        start = [self.plan.load("slot", self.address(o, -1), "i") for o in known]
+        for name, offset in zip(self.taken(d, start), offsets, strict=True):
+            self.kept.append((name, offset, -1))
 
     def forward(self, residuals: bool) -> None:
-        plan, gains, (n, m, steps) = self.plan, self.gains, self.problem.sizes
+        plan, steps = self.plan, self.problem.horizon
         for name, to in zip(self.measured, self.x, strict=True):
             self.copy(name, to=to)
         self.index(0)
         if residuals:
             self.clear()
-        b = np.broadcast_to(self.problem.b, (steps, n, m))
-        ones = np.broadcast_to(np.eye(m), (steps, m, m))
-        gain = Words(np.concatenate((-gains.k, ones), 2), (STEP,))
-        u = self.late(gain, "u")
         with plan.loop(STEP, steps):
             d = [plan.load("slot", self.address(o), "i") for o in self.slot.d]
             self.load = [0] * len(PIPES)
-            self.limit_inputs(u, 1, residuals)
-            self.sums(gain, [*self.x, *d], "u")
-            x = self.sums(Words(np.concatenate((gains.f, b), 2), (STEP,)), [*self.x, *d])
+            self.limit_inputs(1, residuals)
+            self.sums(self.to_u, [*self.x, *d], "u")
+            x = self.sums(self.to_x, [*self.x, *d])
             self.limit_states(1, residuals)
             self.taken(x, into=self.x)
-            self.store_kept()
+            self.store_kept(1)
             if residuals:
                 # The first step limits the measured state and inputs of none: no residuals.
                 for name in RESIDUALS:
                     plan.op("sel", "counts", name, 0.0, to=name)
                 plan.op("mov", 1.0, to="counts")
-            self.step(1)
         self.index(steps - 1)
-        self.limit_inputs(u, 0, residuals)
+        self.limit_inputs(0, residuals)
 
-    def limit_inputs(self, u: Rows, before: int, residuals: bool) -> None:
+    def limit_inputs(self, before: int, residuals: bool) -> None:
         """Limit the inputs of a step, whose sums are a step late, and note the words to store."""
         known = self.loaded(self.slot.w_u, before)
-        for j, value in enumerate(self.taken(u)):
+        for j, value in enumerate(self.taken(self.u)):
             z = value
             if j in self.slot.w_u:
                 box = self.problem.input_box[:, j]
-                address = self.address(self.slot.w_u[j], before)
-                t, old = self.stepped(value, known[j], address, box)
+                t, old = self.stepped(value, known[j], (self.slot.w_u[j], before), box)
                 if residuals:
                     z = self.residual_of(value, t, old, box)
             if residuals:
-                self.kept.append((z, self.address(self.slot.z[j], before)))
+                self.kept.append((z, self.slot.z[j], before))
 
     def clear(self) -> None:
         for name in (*RESIDUALS, "counts"):

@@ -34,30 +34,35 @@ SPLIT = 2
 
 @dataclass(frozen=True)
 class Slot:
-    """Places of a step's words in the data memory, by coordinate; size: words of a step."""
+    """Places of a step's words in the data memory, by coordinate; size: words of a step. d_ref: the
+    part of d that the reference makes.
+    """
 
     w_x: dict[int, int]
     h_x: dict[int, int]
     w_u: dict[int, int]
     h_u: dict[int, int]
     d: list[int]
+    d_ref: list[int]
     z: list[int]
     pull: list[int]
     size: int
 
 
 def slot_of(problem: Problem, pulls: bool = True) -> Slot:
-    """Places of a step's words. pulls: whether h is one of them."""
+    """Places of a step's words. pulls: whether h is one of them, and d all of it."""
     n, m, _ = problem.sizes
     states, inputs = problem.boxed()
     h = (len(states), len(inputs)) if pulls else (0, 0)
-    counts = [len(states), h[0], len(inputs), h[1], m, m]
+    apart = m if not pulls and problem.reference != "none" else 0
+    counts = [len(states), h[0], len(inputs), h[1], m, apart, m]
     counts += [n if problem.reference == "trajectory" else 0]
     ends = np.cumsum([0, *counts])
     fields = [list(range(a, b)) for a, b in zip(ends, ends[1:], strict=False)]
     w_x, h_x = (dict(zip(states, one, strict=False)) for one in fields[:2])
     w_u, h_u = (dict(zip(inputs, one, strict=False)) for one in fields[2:4])
-    return Slot(w_x, h_x, w_u, h_u, fields[4], fields[5], fields[6], int(ends[-1]))
+    d, d_ref, z, pull = fields[4:]
+    return Slot(w_x, h_x, w_u, h_u, d, d_ref, z, pull, int(ends[-1]))
 
 
 def signals(problem: Problem) -> list[Port]:
@@ -151,7 +156,7 @@ class Maker:
         self.index(problem.horizon - 1)
         self.limit_states(0, True)
         for name, offset in zip(problem.inputs, self.slot.z, strict=True):
-            plan.op("mov", plan.load("slot", self.address(offset)), to=name)
+            plan.op("mov", plan.load("slot", self.slot.size + offset), to=name)
         self.finish_residuals()
         plan.finish()
         return plan

@@ -16,7 +16,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from asip_asm.assembly_text import quoted
-from asip_asm.dependence import build_graph
+from asip_asm.dependence import build_graph, edges_around
 from asip_asm.ir import ZERO, Operation, Virtual
 from asip_asm.machine import Machine, load_machine
 from asip_asm.model.emit import literal
@@ -203,7 +203,7 @@ class Plan:
 
     def _ordered(
         self, items: Sequence[Item], shared: set[str], pins: dict[str, str],
-        words: dict[str, int], times: int,
+        words: dict[str, int], times: int, looped: bool = False,
     ) -> list[Item]:  # fmt: skip
         result: list[Item] = []
         part: list[Op] = []
@@ -211,11 +211,12 @@ class Plan:
             if isinstance(item, Op):
                 part.append(item)
                 continue
-            result += self._order(part, shared, pins, words, times)
+            whole = looped and len(part) == len(items)
+            result += self._order(part, shared, pins, words, times, whole)
             part = []
             if isinstance(item, Loop):
                 inner = times * item.count
-                body = self._ordered(item.body, shared, pins, words, inner)
+                body = self._ordered(item.body, shared, pins, words, inner, True)
                 result.append(Loop(item.name, item.count, body))
             elif item is not None:
                 result.append(item)
@@ -223,10 +224,10 @@ class Plan:
 
     def _order(
         self, part: list[Op], shared: set[str], pins: dict[str, str], words: dict[str, int],
-        times: int,
+        times: int, whole: bool,
     ) -> list[Op]:  # fmt: skip
         """The part as a trial schedule issues it, each word of a stream taken in the pipe where the
-        schedule has its operation.
+        schedule has its operation. whole: the part is the body of a loop.
         """
         if not any(op.words for op in part):
             return part
@@ -242,9 +243,11 @@ class Plan:
             op.pipe or pins.get(op.dst) if pipe else None
             for op, pipe in zip(part, fma, strict=True)
         ]
-        graph = build_graph([_operation(op) for op in part], machine)
+        operations = [_operation(op) for op in part]
+        graph = build_graph(operations, machine)
+        around = edges_around(operations, machine) if whole else None
         slots = [None if pin is None else PIPES.index(pin) for pin in fixed]
-        problem: Problem = build_problem(graph, machine, slots)
+        problem: Problem = build_problem(graph, machine, slots, around=around)
         issued = search(problem, EFFORT)
         taken = {(issued[i], pin) for i, pin in enumerate(fixed) if pin}
         order = sorted(range(len(part)), key=lambda i: (issued[i], i))

@@ -10,7 +10,7 @@ import pytest
 
 from asip_asm import schedule, search
 from asip_asm.allocate import allocate_registers
-from asip_asm.assemble import parse_program
+from asip_asm.assemble import assemble, parse_program
 from asip_asm.dependence import build_graph
 from asip_asm.ir import (
     Bundle,
@@ -125,6 +125,51 @@ def test_schedule__takes_the_planned_cycles_when_the_core_issues_it(monkeypatch)
         program = program_of(seed, "fast")
         schedule_program(program, FAST, 10)
         assert FAST.drain_cycle(program.regions[0].bundles) <= planned[-1]
+
+
+def looped(number, rounds):
+    """Text of a loop whose body is random: values of the round before, loads and stores."""
+    rng = random.Random(f"loop {number}")
+    rows = [".config stream", ".param x = 0.75", ".watchdog 90000", ".space words, 16"]
+    rows += [".output y, safe = 0", *(f"fmul {name}, x, 1.5" for name in "pq"), f"loop {rounds}"]
+    for i in range(count := rng.randrange(6, 16)):
+        rows += [f"ld word{i}, words+{i}", f"fmadd sum{i}, word{i}, x, 0.5"]
+        rows += [f"fsat near{i}, sum{i}, -9.0, 9.0", f"fnmsub left{i}, near{i}, 0.5, word{i}"]
+        rows += [f"fabs size{i}, left{i}", f"st size{i}, words+{i}"]
+    for name in "pq":
+        for i in rng.sample(range(count), count // 2):
+            rows += [f"fmadd {name}, left{i}, {rng.choice('pq')}, {name}"]
+    return "\n".join([*rows, "endloop", "fadd u, p, q", "fabs y, u", "halt", ""])
+
+
+def round_of(number, folder):
+    """Cycles that a further round of `looped` takes."""
+    cycles = []
+    for rounds in (51, 151):
+        path = folder / "loop.s"
+        path.write_text(looped(number, rounds), encoding="utf-8")
+        cycles.append(assemble(path).cycles)
+    return (cycles[1] - cycles[0]) / 100
+
+
+def test_body_of_a_loop__takes_the_planned_cycles_a_round_and_fewer_than_as_a_straight_part(
+    monkeypatch, tmp_path
+):
+    planned = []
+
+    def recorded(problem, *given):
+        times = search.search(problem, *given)
+        if problem.around is not None:
+            planned.append(search.round_cycles(problem, times))
+            assert planned[-1] >= search.round_bound(problem)
+        return times
+
+    monkeypatch.setattr(schedule, "search", recorded)
+    rounds = [round_of(number, tmp_path) for number in range(8)]
+    assert all(cycles <= plan for cycles, plan in zip(rounds, planned[::2], strict=True))
+    monkeypatch.setattr(schedule, "edges_around", lambda *given: None)
+    straight = [round_of(number, tmp_path) for number in range(8)]
+    assert sum(rounds) + 2 * len(rounds) <= sum(straight)
 
 
 def test_nops__stand_only_where_an_early_issue_would_cost_cycles_at_the_write_port(monkeypatch):

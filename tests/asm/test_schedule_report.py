@@ -3,6 +3,7 @@
 
 import pytest
 
+from asip_asm.assemble import build_program
 from asip_asm.ir import Register
 from asip_asm.machine import RUN_OVERHEAD, load_machine
 from asip_asm.report import report_program
@@ -67,6 +68,17 @@ def test_program_with_branches__has_a_section_per_region():
         "region 3",
         "end",
     ]
+
+
+def test_body_of_a_loop__has_the_cycles_of_its_rounds(tmp_path):
+    path = tmp_path / "loop.s"
+    head = [".config stream", ".param x = 0.5", ".output y, safe = 0", "fmul p, x, x"]
+    rows = [*head, "loop 9", "fmul p, p, x", "fadd p, p, x", "endloop", "fabs y, p", "halt", ""]
+    path.write_text("\n".join(rows), encoding="utf-8")
+    report = report_program(*build_program(path))
+    chain = 2 * (FMA + 1), FMA + 2  # around the loop; of one round, to its last bundle
+    assert [section.round_cycles for section in report.sections] == [None, chain, None]
+    assert f"a round of the loop  {chain[0]} cycles, {chain[1]} at least" in report.render()
 
 
 def test_text__names_every_figure():

@@ -29,7 +29,23 @@ MODAL = (
     *("G93 G94 G98 G99 G43.4 G92.1 G92.2 G92.3 G28 G28.1 G53 G7 G8 G43".split()),
     *("M0 M1 M6 M60 M70 M71 M72 M73 T0".split()),
 )
-HEADS = ("G0", "G1", "G1", "G1", "G2", "G3", "G81", "G82", "G83", "G4", "G92", "G10 L2", "")
+HEADS = (
+    "G0",
+    "G1",
+    "G1",
+    "G1",
+    "G2",
+    "G3",
+    "G81",
+    "G82",
+    "G83",
+    "G4",
+    "G92",
+    "G10 L2",
+    "G38.2",
+    "S9 M3 G33",
+    "",
+)
 LETTERS = "XYZACIJKRFPQLNH@^"
 FUNCTIONS = ("SIN", "SQRT", "ATAN", "LN", "EXP", "FIX", "ROUND", "ABS", "ACOS")
 OPERATORS = ("+", "-", "*", "/", "**", " MOD ", " EQ ", " OR ", " LT ")

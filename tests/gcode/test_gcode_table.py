@@ -53,6 +53,28 @@ PROGRAMS = {
     "G5.1": ("G1", "F6000\n{}|G5.1 X3 Y1 I1 J2"),
     "G5.2": ("G1", "F6000\n{}|G5.2 X1 Y2 P2 L3\nX2 Y1 P1\nX4 Y3 P1\nX5 Y1 P1\nG5.3 | L3->4"),
     "G5.3": ("", "F6000 G5.2 X1 Y2 P2 L3\nX2 Y1 P1\nX4 Y3 P1\n{}|G5.3"),
+    "G33": (
+        "G1",
+        "F600 S100 M3\n{}|G33 X1 Y2 Z603 A4 C5 K2",
+        "F600 S100 M3 G1 X3\n{}|G33 @4 ^9 K2",
+    ),
+    "G33.1": (
+        "G33",
+        "F600 S100 M3\n{}|G33.1 X1 Y2 Z603 K2",
+        "F600 S100 M3 G1 X3\n{}|G33.1 @4 ^9 K2",
+    ),
+    **{
+        code: (
+            "G0",
+            "F600\n{}|%s X1 Y2 Z603 A4 C5",
+            "F600 G1 X3\n{}|%s @4 ^9",
+            "F600 G1 X3\n{}|%s X4\nG0 Y[#5061]",
+        )
+        for code in ("G38.2", "G38.3", "G38.4", "G38.5")
+    },
+    "M3": ("", "S100\n{}|M3\nG33 Z602 K1"),
+    "M4": ("", "S100\n{}|M4\nG33 Z602 K1"),
+    "M5": ("", "S100 M3\n{}|M5\nG33 Z602 K1"),
     "G80": ("", "F6000 G81 X1 Z601 R602\n{}|G80\nX2"),
     "G81": (
         "G83 Q0.3", "F6000\n{}|G81 X1 Y1 Z600 R602 L2", "F6000 G1 X3\n{}|G81 @3 ^5 Z600 R602",
@@ -128,7 +150,7 @@ PROGRAMS = {
     "M49": ("", "{}|M49\nG1 X2 F1000"),
     "M50": ("", "{}|M50 P0\nG1 X2 F1000", "M49\n{}|M50\nG1 X2 F1000"),
 }  # fmt: skip
-REFUSED_WITH = {"G80", "M71"}  # the word makes the block after it wrong
+REFUSED_WITH = {"G80", "M71", "M5"}  # the word makes the block after it wrong
 
 
 def programs(code: str) -> list[tuple[str, str, dict[str, str]]]:
@@ -185,10 +207,15 @@ def test_word__of_the_table__acts_with_each_of_its_letters(code):
     assert set(letters_of(code)) <= letters, "a letter of the table has no program here"
 
 
+def test_speed_of_the_spindle__is_the_feed_of_a_thread():
+    text = "S{} M3\nG33 Z602 K1\nM2"
+    assert outcome(text.format(100)) != outcome(text.format(120))
+
+
 @pytest.mark.parametrize("word", sorted(UNUSED - {"(", ")", ";", "O0001", "/"}))
 def test_word__ignored__changes_nothing(word):
     text = "{}\nG0 X1\nM2"
-    shown = {"S": "S100", "N": "N7"}.get(word, word)
+    shown = {"N": "N7"}.get(word, word)
     assert outcome(text.format(shown)) == outcome(text.format(""))
 
 

@@ -14,7 +14,7 @@ SETTINGS = LookaheadSettings()
 def both(text):
     """Times of a program with one rest at its end, ours and the least."""
     (moves,) = groups_of(parse(f"G21 G90 G64 P0.05\n{text}\nM2"))
-    return Lookahead(moves, SETTINGS).duration(), least_time(moves, SETTINGS.limits)
+    return Lookahead(moves, SETTINGS).duration(), least_time(moves, SETTINGS)
 
 
 def test_line__from_rest_to_rest__is_the_s_curve_of_the_planner():
@@ -31,7 +31,7 @@ def test_wider_corridor__takes_less_time():
     def least(tolerance):
         text = f"G21 G90 G64 P{tolerance}\nG1 X5 F2400\nY5\nX10\nM2"
         (moves,) = groups_of(parse(text))
-        return least_time(moves, SETTINGS.limits)
+        return least_time(moves, SETTINGS)
 
     assert least(0.2) < least(0.02) - 0.005
 

@@ -183,6 +183,15 @@ def test_a_plant_without_lqr_and_one_without_limits_are_refused(tmp_path):
         load_problem(cart(tmp_path, *free))
 
 
+def test_quadrotor_in_lanes_takes_less_than_100_us_with_the_interpreters_bits(tmp_path):
+    problem = quadrotor_problem()
+    built, _ = mpc.build_mpc(problem, tmp_path / "quadrotor.s", "wide")
+    assert built.cycles <= 12_500
+    proof = prove_mpc(problem, built.compiled, built.image, TICKS, SEED, "iss")
+    assert proof.passed, proof.lines()
+    assert proof.warm_error < 1e-5
+
+
 def test_quadrotor_flies_its_figure_within_the_box_as_in_doubles(tmp_path):
     problem = quadrotor_problem()
     built, _ = mpc.build_mpc(problem, tmp_path / "quadrotor.s")

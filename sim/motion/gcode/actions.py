@@ -8,7 +8,7 @@ import math
 from dataclasses import replace
 
 from sim.motion.gcode.arcs import Centre, arc_centre, turns_of
-from sim.motion.gcode.block import CYCLES, POLAR
+from sim.motion.gcode.block import CYCLES, POLAR, PROBES, THREADS
 from sim.motion.gcode.cycles import drill
 from sim.motion.gcode.output import Output
 from sim.motion.gcode.runs import machine_moves, program_moves
@@ -134,7 +134,8 @@ class Actions:
             return
         at = code or words[0]
         self.splines.onward = None
-        self._check_feed(state.motion, at)
+        if state.motion not in THREADS:
+            self._check_feed(state.motion, at)
         if state.motion in CYCLES:
             if clean and state.modes.feed is not None:
                 self._cycle(values, at)
@@ -142,6 +143,10 @@ class Actions:
         end = target(state, values)
         if absolute is not None:
             end = absolute_target(state, absolute, values)
+        if state.motion in (*THREADS, *PROBES):
+            act = self._thread if state.motion in THREADS else self._probe
+            act(state.motion, end, values, at, clean)
+            return
         motion = Motion(state.motion)
         if motion.is_arc:
             self._arc(motion, end, values, at, clean)
@@ -191,6 +196,74 @@ class Actions:
         elif clean:
             centre = arc_centre(self.state, motion, end, values, at)
         self._run(motion, end, centre, turns_of(self.state, values.get("P")))
+
+    def _thread(
+        self, motion: str, end: Pose, values: dict[str, Word], at: Word, clean: bool
+    ) -> None:
+        """G33: the tool moves by K for each turn of a spindle at S; G33.1: and then back."""
+        state, modes, pitch = self.state, self.state.modes, values.get("K")
+        start = state.programmed()
+        if not clean or self._compensated(motion, at):
+            pass
+        elif pitch is None or pitch.value <= 0.0:
+            self.report(
+                pitch or at,
+                f"{motion} without a pitch",
+                "K greater than 0, the way for a turn of the spindle",
+                "write for instance G33 Z-5 K1.25",
+            )
+        elif not modes.turning or modes.speed == 0.0:
+            self.report(
+                at,
+                f"{motion} with a spindle that does not turn",
+                "S greater than 0 and M3 or M4 before",
+                "write for instance S400 M3",
+            )
+        elif modes.inverse_time:
+            self.report(at, f"{motion} with G93", "feed per minute (G94)", "write G94 before")
+        elif start[:3] == end[:3]:
+            self.report(
+                at,
+                f"{motion} without a way of the tool",
+                "X, Y or Z of another place",
+                "K counts the way of the tool; turn the table with G1",
+            )
+        else:
+            feed = pitch.value * modes.mm_per_unit * modes.speed
+            state.modes = replace(modes, feed=feed, feed_mm_per_unit=1.0, override=False)
+            if motion == "G33.1":
+                state.modes.tolerance = state.modes.merge = 0.0
+            self._run(Motion.LINEAR, end)
+            if motion == "G33.1":
+                self._run(Motion.LINEAR, start)
+            state.modes = modes
+
+    def _probe(
+        self, motion: str, end: Pose, values: dict[str, Word], at: Word, clean: bool
+    ) -> None:
+        """G38.2 to G38.5 up to their end, because nothing touches the probe in a plan."""
+        state, modes = self.state, self.state.modes
+        if not clean or modes.feed is None or self._compensated(motion, at):
+            return
+        if modes.inverse_time:
+            self.report(at, f"{motion} with G93", "feed per minute (G94)", "write G94 before")
+            return
+        state.modes = replace(modes, tolerance=0.0, merge=0.0)
+        self._run(Motion.LINEAR, end)
+        state.modes = modes
+        state.store_probed()
+        self.rest(0.0)
+
+    def _compensated(self, motion: str, at: Word) -> bool:
+        """Whether cutter compensation is on, which is a mistake then."""
+        if self.state.compensation is not None:
+            self.report(
+                at,
+                f"{motion} during cutter compensation",
+                "G0 G1 G2 G3",
+                f"write G40 before {at.text}",
+            )
+        return self.state.compensation is not None
 
     def spline(
         self, codes: dict[str, Word], values: dict[str, Word], at: Word, clean: bool

@@ -14,11 +14,13 @@ MAX_LINE_NUMBER = 99999  # NISTIR 6556, 3.3.1
 
 CYCLES = ("G81", "G82", "G83")
 SPLINES = ("G5", "G5.1", "G5.2", "G5.3")
+THREADS = ("G33", "G33.1")
+PROBES = ("G38.2", "G38.3", "G38.4", "G38.5")
 ENDS = ("M2", "M30")
 PAUSES = ("M0", "M1", "M60")
 SYSTEMS = tuple(f"G{n}" for n in range(54, 60)) + ("G59.1", "G59.2", "G59.3")
 GROUPS = {
-    "motion": (*(motion.value for motion in Motion), *SPLINES, "G80", *CYCLES),
+    "motion": (*(motion.value for motion in Motion), *SPLINES, *THREADS, *PROBES, "G80", *CYCLES),
     "plane": tuple(plane.value for plane in Plane),
     "unit": ("G20", "G21"),
     "distance": ("G90", "G91"),
@@ -44,7 +46,8 @@ _VALUE_LETTERS = AXES + OFFSETS + "RFNPQLSTHD" + POLAR
 
 _PLACE = AXES + POLAR
 _MOVES = {
-    **dict.fromkeys(("G0", "G1"), _PLACE),
+    **dict.fromkeys(("G0", "G1", *PROBES), _PLACE),
+    **{"G33": _PLACE + "K", "G33.1": "XYZ@^K"},
     **dict.fromkeys(("G2", "G3"), _PLACE + OFFSETS + "RP"),
     **{"G81": "XYZ@^RL", "G82": "XYZ@^RLP", "G83": "XYZ@^RLQ"},
     **{"G5": "XYIJPQ", "G5.1": "XYIJ", "G5.2": "XYPL", "G5.3": ""},
@@ -67,7 +70,7 @@ def letters_of(code: str) -> str:
 
 
 def sort_words(words: list[Word], report: WordReport) -> tuple[dict[str, Word], dict[str, Word]]:
-    """Words with values by letter, without N and S, and G, M words by modal group."""
+    """Words with values by letter, without N, and G, M words by modal group."""
     values: dict[str, Word] = {}
     codes: dict[str, Word] = {}
     for position, word in enumerate(words):
@@ -107,7 +110,7 @@ def sort_words(words: list[Word], report: WordReport) -> tuple[dict[str, Word], 
         else:
             values[word.letter] = word
     values.pop("N", None)
-    spindle = values.pop("S", None)
+    spindle = values.get("S")
     if spindle is not None and spindle.value < 0.0:
         report(
             spindle,
@@ -154,7 +157,7 @@ def check_unused(
     report: WordReport,
 ) -> None:
     """Reports each word with a value that nothing in the block uses; motion: the one in force;
-    feed: F under G93, which is for the block's own move."""
+    feed: F under G93, which is for the block's own move, or with a thread, which has none."""
     acting = {word.code: _ACTS.get(word.code, "") for word in codes.values()}
     places = _PLACE if "G4" in acting else _PLACE + OFFSETS + "R"
     if motion in SPLINES:
@@ -164,7 +167,15 @@ def check_unused(
         acting[motion or ""] = _MOVES.get(motion or "", _MOVES["G2"])
     if "G10" in acting and "L" in values and values["L"].value == 20.0:
         acting["G10"] = acting["G10"].replace("R", "")
-    if feed is not None and (motion not in acting or motion == "G0"):
+    if feed is not None and motion in THREADS:
+        if motion in acting:
+            report(
+                feed,
+                f"F with {motion}",
+                "K and S, which give its feed",
+                f"move {feed.text} to a block of its own",
+            )
+    elif feed is not None and (motion not in acting or motion == "G0"):
         report(
             feed,
             f"no move of the block uses {feed.text}",

@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Interpreter of RS274/NGC programs (T. Kramer et al., NISTIR 6556; LinuxCNC where that is silent).
 
-Text in, moves out, as a stream or one Program. Accepted: G0 G1 G2 G3 (I J K or R, helices), G4,
-G5 G5.1 G5.2 G5.3 (splines.py), G7 G8, G10 L2 L20, G17-G19, G20 G21, G28 G28.1, G40-G42 with D
-and G41.1 G42.1 (cutter compensation), G43 H G49, G43.4 (coordinates of the table, table_frame.py),
-G53, G54-G59.3, G61 G61.1 G64 P Q, G80-G83 with G98 G99, G90 G91, G90.1 G91.1, G92 G92.1-G92.3,
-G93 G94, polar words @ ^, T M6, M2 M30, M70-M73, O words (flow.py), parameters and expressions
-(expressions.py), comments `( )` and `;`, one pair of `%` lines. M0 M1 M60 and M6 are rests of
-0 s: the path stops, no operator is waited for. S, M3-M5 and M7-M9 are read and do nothing, because
-spindle and coolant have no output here. A (tilt) and C (rotation) are table axes in degrees in
-either length unit. At the start G8, G17, G21, G40, G54, G61, G90, G91.1, G94 and G98 hold and no
-motion is selected.
+Text in, moves out, as a stream or one Program. Accepted: G0 G1 G2 G3 (I J K or R, helices), G4, G5
+G5.1 G5.2 G5.3 (splines.py), G33 G33.1 (threads), G38.2-G38.5 (probing, up to the end), G7 G8, G10
+L2 L20, G17-G19, G20 G21, G28 G28.1, G40-G42 with D and G41.1 G42.1 (cutter compensation), G43 H
+G49, G43.4 (coordinates of the table, table_frame.py), G53, G54-G59.3, G61 G61.1 G64 P Q, G80-G83
+with G98 G99, G90 G91, G90.1 G91.1, G92 G92.1-G92.3, G93 G94, polar words @ ^, T M6, M2 M30,
+M70-M73, O words (flow.py), parameters and expressions (expressions.py), comments `( )` and `;`, one
+pair of `%` lines. M0 M1 M60 and M6 are rests of 0 s: the path stops, no operator is waited for.
+M7-M9 are read and do nothing, S and M3-M5 only give G33 its feed, because coolant and spindle have
+no output here. A (tilt) and C (rotation) are table axes in degrees in either length unit. At the
+start G8, G17, G21, G40, G54, G61, G90, G91.1, G94 and G98 hold and no motion is selected.
 
 Two points follow one reading of the standard where machines differ: the words of a block are in
 the length unit the block itself selects, and a centre-format arc without end words is a full turn.
@@ -34,7 +34,7 @@ from pathlib import Path
 
 from asip_asm.files import open_regular
 from sim.motion.gcode.actions import Actions
-from sim.motion.gcode.block import ENDS, PAUSES, SPLINES, check_unused, sort_words
+from sim.motion.gcode.block import ENDS, PAUSES, SPLINES, THREADS, check_unused, sort_words
 from sim.motion.gcode.errors import GcodeError, GcodeErrors, Mistakes, TooManyErrors
 from sim.motion.gcode.execution import FlowStop
 from sim.motion.gcode.expressions import Key, shown
@@ -215,6 +215,8 @@ class _Parser:
             self.flow.frame.restores |= codes["stop"].code == "M73"
         if "T" in values:
             self.state.chosen = tool_number(self.state, values.pop("T"))
+        if "S" in values:
+            self.state.modes.speed = values.pop("S").value
         if "tool change" in codes:
             self.state.loaded = self.state.chosen
             self.output.tool_changed()
@@ -231,7 +233,8 @@ class _Parser:
         if clean and len(self.mistakes.found) == known:
             mode = spline or self.state.motion
             inverse = self.state.modes.inverse_time and not self.actions.splines.open
-            check_unused(values, codes, mode, feed if inverse else None, self.state.report)
+            own = inverse or mode in THREADS
+            check_unused(values, codes, mode, feed if own else None, self.state.report)
         clean = clean and len(self.mistakes.found) == known
         if spline or self.actions.splines.open:
             self.actions.spline(codes, values, motion or words[0], clean)

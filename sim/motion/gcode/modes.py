@@ -43,6 +43,8 @@ def select_modes(state: State, codes: dict[str, Word], values: dict[str, Word]) 
             modes.retract_to_r = code == "G99"
         elif group == "tool":
             _select_tool_frame(state, word, values)
+        elif group == "spindle":
+            modes.turning = code != "M5"
         elif group == "lathe":
             modes.diameter = code == "G7"
         elif group == "override":

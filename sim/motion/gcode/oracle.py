@@ -6,6 +6,8 @@
     python -m sim.motion.gcode.oracle --samples  the same on LinuxCNC's own sample programs
 
 rs274 prints coordinates of the program; its records of offsets turn them into those of the machine.
+After a probing move it draws the probe back by DRAWN_BACK, which a machine does not: axes that have
+not left that range since then count as where the probing ended.
 Moves that stay where they are and rests of 0 s (our M0, M6) count in neither list. Lengths in mm,
 angles in degrees. Both have the tools of LinuxCNC's sample configurations, if that table is there.
 """
@@ -53,17 +55,18 @@ _NUMBERED = re.compile(r"^ *\d+ N")
 _NO_PATH = frozenset(
     """
     CHANGE_TOOL CHANGE_TOOL_NUMBER COMMENT DISABLE_FEED_OVERRIDE DISABLE_SPEED_OVERRIDE
-    ENABLE_FEED_OVERRIDE ENABLE_SPEED_OVERRIDE FINISH FLOOD_OFF FLOOD_ON LOGAPPEND LOGCLOSE
+    ENABLE_FEED_OVERRIDE ENABLE_SPEED_OVERRIDE FINISH FLOOD_OFF FLOOD_ON LOG LOGAPPEND LOGCLOSE
     LOGOPEN MESSAGE MIST_OFF MIST_ON ON_RESET OPTIONAL_PROGRAM_STOP PALLET_SHUTTLE PROGRAM_END
     PROGRAM_STOP RELOAD_TOOLDATA SELECT_TOOL SET_CUTTER_RADIUS_COMPENSATION SET_FEED_MODE
     SET_FEED_REFERENCE SET_MOTION_CONTROL_MODE SET_NAIVECAM_TOLERANCE SET_SPINDLE_MODE
-    SET_SPINDLE_SPEED START_CHANGE START_CUTTER_RADIUS_COMPENSATION START_SPINDLE_CLOCKWISE
+    START_CHANGE START_CUTTER_RADIUS_COMPENSATION START_SPINDLE_CLOCKWISE
     START_SPINDLE_COUNTERCLOCKWISE STOP_CUTTER_RADIUS_COMPENSATION STOP_SPINDLE_TURNING
-    USE_SPINDLE_FORCE USE_NO_SPINDLE_FORCE
+    STOP_SPEED_FEED_SYNCH TURN_PROBE_OFF TURN_PROBE_ON USE_SPINDLE_FORCE USE_NO_SPINDLE_FORCE
     """.split()
 )
 CHORD_MM = 0.001  # greatest distance between our chords of a spline and its points
-LEAST_EQUAL = 18  # sample programs; the others probe, turn on a lathe or have an axis B
+LEAST_EQUAL = 22  # sample programs, the target of the goal
+DRAWN_BACK = 0.254  # mm, of a probe in rs274
 MAX_BYTES = 10_000_000  # of a program to compare
 SECONDS = 20  # that rs274 may take: it runs endless loops
 _SPLINE = re.compile(r"[gG] *0*5(\.[123])?(?!\d)")
@@ -71,6 +74,7 @@ _COMMENT = re.compile(r"\([^)]*\)|;.*")
 _TOOL_CHANGE = re.compile(r"[mM] *0*6(?![\d.])")
 _TOOL_OFFSET = re.compile(r"[gG] *(43|49)(?![\d.])")
 _TOOL_WORDS = re.compile(r"[mM] *0*6(?![\d.])|[tT] *\d+")
+_STRAIGHT = ("STRAIGHT_TRAVERSE", "STRAIGHT_FEED", "STRAIGHT_PROBE", "RIGID_TAP")
 _MOVING = ("G0", "G1", "G2", "G3", "G5")
 UNKNOWN = "unknown record"
 Record = tuple[str, tuple[float, ...]]
@@ -199,6 +203,8 @@ def machine_records(text: str, blocks: list[list[Point]]) -> Iterator[Record]:
     left: list[Point] = []
     system, shift, tool, here = [0.0] * 5, [0.0] * 5, [0.0] * 5, [0.0] * 5
     unit, plane, feed, rotation = 1.0, "XY", 0.0, 0.0
+    speed, thread = 0.0, 0.0  # of the spindle [1/min], of a thread [mm/min]
+    probed: dict[int, float] = {}  # where the last probing ended, of axes not moved since [mm]
 
     def axes_of(values: list[float]) -> list[float]:
         x, y, z, a, _, c = values
@@ -236,12 +242,30 @@ def machine_records(text: str, blocks: list[list[Point]]) -> Iterator[Record]:
             tool = axes_of([float(value) for value in re.split(r"[ ,]+", rest)[:6]])
         elif name == "SET_XY_ROTATION":
             rotation = math.radians(float(rest))
-        elif name in ("STRAIGHT_TRAVERSE", "STRAIGHT_FEED"):
-            end = pose([float(value) for value in rest.split(",")][:6])
+        elif name == "SET_SPINDLE_SPEED":
+            speed = float(rest.split(",")[-1])
+        elif name == "START_SPEED_FEED_SYNC":
+            thread = float(rest.split(",")[0]) * unit * speed
+        elif name == "STOP_SPEED_FEED_SYNCH":
+            thread = 0.0
+        elif name in _STRAIGHT:
+            values = [float(value) for value in rest.split(",")][:6]
+            for axis, place in list(probed.items()):
+                if abs(values[axis] * unit - place) <= DRAWN_BACK + DIGITS:
+                    values[axis] = place / unit
+                else:
+                    del probed[axis]
+            if name == "STRAIGHT_PROBE":
+                probed = {axis: value * unit for axis, value in enumerate(values[:3])}
+            end, back = pose([*values, *[0.0] * (6 - len(values))]), here
+            if name == "RIGID_TAP":
+                end[3:] = here[3:]
             if max(abs(a - b) for a, b in zip(end, here, strict=True)) > DIGITS:
                 motion = "G0" if name == "STRAIGHT_TRAVERSE" else "G1"
-                yield motion, (*end, *([feed] if motion == "G1" else []))
-            here = end
+                yield motion, (*end, *([thread or feed] if motion == "G1" else []))
+                if name == "RIGID_TAP":
+                    yield motion, (*back, thread)
+            here = back if name == "RIGID_TAP" else end
         elif name == "ARC_FEED":
             first, second, cx, cy, turns, rise, a, _, c = (float(v) for v in rest.split(","))
             axes = {"XY": (0, 1), "XZ": (2, 0), "YZ": (1, 2)}[plane]
@@ -342,7 +366,10 @@ def differences(text: str) -> list[str]:
                 found.append(f"record {number}: spline {far}, feed {a[1][0]} here, {b[1][0]}")
             continue
         alike = a[0] == b[0] and len(a[1]) == len(b[1])
-        if not alike or any(abs(x - y) > digits for x, y in zip(a[1], b[1], strict=True)):
+        # The feed of a thread comes from a pitch of six decimals.
+        rate = abs(b[1][-1]) * 1e-5 if a[0] == "G1" and len(b[1]) == 6 else 0.0
+        near = [digits] * (len(a[1]) - 1) + [digits + rate]
+        if not alike or any(abs(x - y) > d for x, y, d in zip(a[1], b[1], near, strict=True)):
             found.append(f"record {number}: {a[0]} {a[1]} here, {b[0]} {b[1]} of rs274")
     return found
 

@@ -18,6 +18,7 @@ from sim.motion.geometry.moves import AXES, Plane, Pose, pose_of
 # Parameters of the coordinate systems (LinuxCNC, "Numbered parameters"), in the order of AXES.
 _AXIS_PARAMETER = (0, 1, 2, 3, 5)
 _HOME, _G92_ACTIVE, _G92, _SYSTEM, _SYSTEM_1, _POSITION = 5161, 5210, 5211, 5220, 5221, 5420
+_PROBED, _TOUCHED = 5061, 5070
 _ROTATION = 9  # its number after the first one of a coordinate system
 _ZERO: Pose = (0.0,) * 5
 
@@ -26,7 +27,7 @@ _ZERO: Pose = (0.0,) * 5
 class Modes:
     """What M70 saves: LinuxCNC's list where it has an effect here; the motion is not in it.
 
-    tolerance and merge [mm], exact_stop, override: as of a Move.
+    tolerance and merge [mm], exact_stop, override: as of a Move; speed: S [1/min]; turning: M3, M4.
     """
 
     plane: Plane = Plane.XY
@@ -41,6 +42,8 @@ class Modes:
     merge: float = 0.0
     exact_stop: bool = False
     override: bool = True
+    speed: float = 0.0
+    turning: bool = False
     retract_to_r: bool = False
     system_index: int = 0
     in_table_frame: bool = False
@@ -222,6 +225,13 @@ class State:
     def store_home(self) -> None:
         """G28.1: the position is the pose that G28 goes to."""
         self._store(_HOME, self.position)
+
+    def store_probed(self) -> None:
+        """A probing move has ended at its end: nothing touched the probe on the way (#5070)."""
+        for index, value in enumerate(self.programmed()):
+            scale = self.modes.mm_per_unit if index < 3 else 1.0
+            self.parameters[_PROBED + _AXIS_PARAMETER[index]] = value / scale
+        self.parameters[_TOUCHED] = 0.0
 
     def select_system(self, index: int) -> None:
         """G54 to G59.3, index from 0."""

@@ -6,9 +6,8 @@ Those of LinuxCNC ("G Codes", "M Codes"), and the usual ones of Fanuc controls t
 
 from __future__ import annotations
 
-_SPINDLE = "the spindle has no output here, so nothing can follow its turns"
+_SPINDLE = "the spindle has no output here"
 _LATHE = "this machine is no lathe; write the passes as G0 and G1"
-_PROBE = "there is no probe; measure first and set the system with G10 L2"
 _IO = "there are no inputs and outputs for programs here"
 _OVERRIDE = "the feed override (--override) is switched by M48, M49 and M50 P alone"
 _AXIS = "the axes are X Y Z A C"
@@ -24,11 +23,10 @@ _TABLE = (
     ("G17.1 G18.1 G19.1", "a plane of U V W", _AXIS),
     ("G22 G23", "limits of the stroke", "the workspace is always checked; remove it"),
     ("G27 G29 G30 G30.1", "another reference point", "use G28 with G28.1, or G53 G0"),
-    ("G31", "a move up to a signal", _PROBE),
-    ("G32 G33 G33.1 G34", "a move synchronised with the spindle (threads, tapping)", _SPINDLE),
-    ("G35 G36", "a circular thread", _SPINDLE),
+    ("G31", "a move up to a signal", "use G38.2 or G38.3"),
+    ("G32 G34", "a thread of another control", "use G33 with K"),
+    ("G35 G36", "a circular thread", "use G33 with K on straight lines"),
     ("G37 G37.1", "measuring of a tool", "give the length in the tool table (--tools)"),
-    ("G38.2 G38.3 G38.4 G38.5", "probing", _PROBE),
     ("G43.1 G43.2", "an offset added to that of the tool", "put it into the tool table, use G43 H"),
     ("G43.5", "tool-centre control by vectors", "use G43.4 with A and C"),
     ("G44", "a negative tool length", "turn the sign in the tool table, use G43"),
@@ -43,13 +41,13 @@ _TABLE = (
     ("G68.2 G69.1 G53.1", "a tilted work plane", "use G43.4 with A and C"),
     ("G70 G71 G71.1 G71.2 G72 G72.1 G72.2 G75 G76 G90.2 G92.4", "a lathe cycle", _LATHE),
     ("G73", "drilling with chip breaking", "use G83, or write the moves"),
-    ("G74 G84 G84.1 G88 G84.2 G84.3", "tapping, or a cycle with spindle stop", _SPINDLE),
+    ("G74 G84 G84.1 G88 G84.2 G84.3", "tapping, or a cycle with spindle stop", "use G33.1 with K"),
     ("G85 G86 G87 G89", "a boring cycle", "use G82, or write G1 down and G1 up"),
     ("G95", "feed per turn of the spindle", f"{_SPINDLE}; use G94"),
     ("G96 G97", "a mode of the spindle's speed", f"{_SPINDLE}; S alone is accepted"),
     ("M10 M11", "a clamp of an axis", _IO),
     ("M19", "an oriented spindle stop", _SPINDLE),
-    ("M29", "rigid tapping", _SPINDLE),
+    ("M29", "rigid tapping", "use G33.1 with K"),
     ("M47", "a repeat of the program", "put it into O100 repeat [n], O100 endrepeat"),
     ("M51", "a switch of the spindle's override", _SPINDLE),
     ("M52", "a switch of adaptive feed", f"nothing measures the cut here; {_OVERRIDE}"),
@@ -62,7 +60,6 @@ _WORDS = {code: (name, cure) for codes, name, cure in _TABLE for code in codes.s
 
 # (words, why): those that are read and change nothing.
 IGNORED = (
-    ("M3 M4 M5 S", "the spindle has no output here; a negative S is refused"),
     ("M7 M8 M9", "the coolant has no output here"),
     ("N", "a number of the block; only comments and people refer to it"),
     ("O0001", "a number of the program, alone in the line before the first block; elsewhere such "

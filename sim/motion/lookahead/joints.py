@@ -193,12 +193,16 @@ class Joints:
         """First estimates of the distances from the corners to the ends of the blends."""
         angle = self.angle[wanted]
         per_distance = np.maximum(_apex_per_distance(angle), 1e-12)
-        # The nearest set-point may be half a period's way beside the apex.
+        # The nearest set-point may be half a period's way beside the apex, where the blend is
+        # farther from the corner, also because it bends away.
         reach = within / per_distance
         tool = settings.limits.tool
-        speed = np.minimum(self.feed[wanted], np.sqrt(tool.acceleration * reach / angle.clip(1e-3)))
+        bent = np.interp(angle, _ANGLES[1:], _BENT) / angle.clip(1e-3)
+        radius = reach * bent
+        speed = np.minimum(self.feed[wanted], np.sqrt(tool.acceleration * radius))
         beside = np.minimum(speed, tool.speed) * settings.period / 2
         share = np.where(beside < within, beside / np.maximum(within, 1e-300), 0.0)
+        share = share * np.sqrt(1.0 + per_distance / bent)
         within = within * np.sqrt(1.0 - np.minimum(share**2, 0.5)) * 0.999
         # apex = e d + jump d^2 / 12
         bow = jump / 12
@@ -274,19 +278,23 @@ class Joints:
 _ANGLES = np.radians(np.arange(0.0, 176.0))
 
 
-def _unit_apexes() -> FloatArray:
-    """Distance from the corner to the apex of a blend between lines, per distance of its ends."""
+def _unit_apexes() -> tuple[FloatArray, FloatArray]:
+    """Of a blend between lines, per distance of its ends: distance from the corner to the apex, and
+    radius of curvature there times the angle [rad]."""
     angle = _ANGLES
     t0, t1 = np.zeros((len(angle), 5)), np.zeros((len(angle), 5))
     t0[:, 0] = 1.0
     t1[:, 0], t1[:, 1] = np.cos(angle), np.sin(angle)
     zero = np.zeros_like(t0)
     points = blend.control_points((-t0, t1), (t0, t1), (zero, zero), np.ones(len(angle)), angle)
-    weights = np.array([1, 5, 10, 10, 5, 1]) / 32
-    return np.linalg.norm(np.einsum("i,nid->nd", weights, points), axis=1)
+    half = np.full(len(angle), 0.5)
+    apex, _, bend = Blends(points).at_parameters(np.arange(len(angle)), half, 2)
+    radius = 1.0 / np.maximum(np.linalg.norm(bend, axis=1), 1e-300)
+    return np.linalg.norm(apex, axis=1), radius * angle
 
 
-_PER_SINE = _unit_apexes()[1:] / np.sin(_ANGLES[1:] / 2)
+_APEX, _BENT = (values[1:] for values in _unit_apexes())
+_PER_SINE = _APEX / np.sin(_ANGLES[1:] / 2)
 
 
 def _apex_per_distance(angle: FloatArray) -> FloatArray:
