@@ -43,12 +43,8 @@ module n2_fetch #(
   logic taken_f, taken_d_q, absolute_d_q;
   logic [31:0] word_d_q;
   logic [TableBits-1:0] index_d_q;
-  logic [1:0] counter_f, counter_d_q;
-  // The table is in banks of 16 counters. The address of a word arrives last of all, so only its lower
-  // bits select in the cycle that reads; the bank is selected in F.
-  localparam int unsigned RowBits = 4;
-  localparam int unsigned Banks = 2 ** (TableBits - RowBits);
-  logic [Banks-1:0][1:0] counters_f_q;
+  logic [1:0] counter_f_q, counter_d_q;
+  logic [1:0] table_q[0:2**TableBits-1];
 
   // The upper bits of imm26, as wide as the memory leaves them.
   localparam logic [25:0] RegionBits = 26'(Region);
@@ -94,42 +90,25 @@ module n2_fetch #(
       word_d_q     <= itcm_rdata_i;
       taken_d_q    <= taken_f;
       absolute_d_q <= n2_pkg::is_absolute(itcm_rdata_i[5:0]);
-      next_d_q    <= next_f;
-      index_d_q   <= pc_f_q[TableBits-1:0];
-      counter_d_q <= counter_f;
+      next_d_q     <= next_f;
+      index_d_q    <= pc_f_q[TableBits-1:0];
+      counter_d_q  <= counter_f_q;
     end
   end
 
-  genvar i;
-  generate
-    for (i = 0; i < Banks; i++) begin : gen_bank
-      logic [1:0] table_q[0:2**RowBits-1];
-      logic update;
+  initial begin
+    for (int unsigned i = 0; i < 2 ** TableBits; i++) table_q[i] = 2'b01;
+  end
 
-      initial begin
-        for (int unsigned k = 0; k < 2 ** RowBits; k++) table_q[k] = 2'b01;
-      end
-
-      assign update = update_m_i && (index_m_i >> RowBits) == TableBits'(i);
-
-      // Not always_ff, which lets no `initial` write the table.
-      always @(posedge clk_i) begin
-        if (update) table_q[index_m_i[RowBits-1:0]] <= counter_m_i;
-        if (take_f) counters_f_q[i] <= table_q[next_pc[RowBits-1:0]];
-      end
-    end
-  endgenerate
-
-  always_comb begin
-    counter_f = 2'b00;
-    for (int unsigned k = 0; k < Banks; k++) begin
-      if ((pc_f_q[TableBits-1:0] >> RowBits) == TableBits'(k)) counter_f = counter_f | counters_f_q[k];
-    end
+  // Not always_ff, which lets no `initial` write the table.
+  always @(posedge clk_i) begin
+    if (update_m_i) table_q[index_m_i] <= counter_m_i;
+    if (take_f) counter_f_q <= table_q[next_pc[TableBits-1:0]];
   end
 
   // Transfers are recognised before the word is in D, where they decide the next address.
   assign taken_f = n2_pkg::is_direct(itcm_rdata_i[5:0]) ||
-                   (n2_pkg::is_branch(itcm_rdata_i[5:0]) && counter_f[1]);
+                   (n2_pkg::is_branch(itcm_rdata_i[5:0]) && counter_f_q[1]);
 
   assign valid_d_o   = valid_d_q;
   assign word_d_o    = word_d_q;
