@@ -7,6 +7,8 @@
 // end within its frame; frames of another type are never malformed. Bytes behind the last datagram stay.
 // Every frame leaves with its source marked as locally administered (bit 1 of the first byte): by it a master
 // tells an answer from its own frame.
+// Datagrams may also come in UDP: IPv4 without options, not in fragments, to port 88A4. The check sum of UDP leaves
+// as 0, which means none, because the answer changes bytes after it.
 module ecat_datagrams (
     input  logic clk_i,
     input  logic rst_ni,
@@ -48,11 +50,24 @@ module ecat_datagrams (
     StCounter  = 4'd6,  // working counter
     StRest     = 4'd7,
     StForeign  = 4'd8,
-    StBroken   = 4'd9  // a datagram reaches beyond the frame
+    StBroken   = 4'd9,  // a datagram reaches beyond the frame
+    StUdp      = 4'd10  // headers of IPv4 and UDP
   } state_e;
 
   localparam logic [15:0] EtherType = 16'h88A4;
   localparam logic [15:0] TagType = 16'h8100;
+  localparam logic [15:0] IpType = 16'h0800;
+  localparam logic [15:0] UdpPort = 16'h88A4;
+  // Bytes of the headers of IPv4 (RFC 791) and UDP (RFC 768).
+  localparam logic [4:0] IpVersion = 5'd0;  // and length of the header
+  localparam logic [4:0] IpFragmentHigh = 5'd6;
+  localparam logic [4:0] IpFragmentLow = 5'd7;
+  localparam logic [4:0] IpProtocol = 5'd9;
+  localparam logic [4:0] UdpPortLow = 5'd23;
+  localparam logic [4:0] UdpSumHigh = 5'd26;
+  localparam logic [4:0] UdpSumLow = 5'd27;
+  localparam logic [7:0] PlainIpV4 = 8'h45;
+  localparam logic [7:0] ProtocolUdp = 8'h11;
   localparam logic [3:0] FrameType = 4'd1;  // a frame of datagrams
   localparam int unsigned SequenceBytes = 4;
   localparam logic [3:0] SourceByte = 4'd6;  // follows the destination
@@ -68,6 +83,8 @@ module ecat_datagrams (
 
   state_e state_q;
   logic [3:0] count_q;
+  logic [4:0] udp_q;  // number of the byte in StUdp
+  logic foreign_udp;
   logic [2:0] rest_q;  // bytes behind the last datagram, up to SequenceBytes
   logic [7:0] high_q, command_q;
   logic [31:0] address_q;
@@ -130,6 +147,7 @@ module ecat_datagrams (
     part   = PartByte;
     case (state_q)
       StSource: if (count_q == SourceByte) answer = byte_i | LocalSource;
+      StUdp: if (udp_q == UdpSumHigh || udp_q == UdpSumLow) answer = '0;
       StDatagram: begin
         case (count_q)
           4'd0: part = PartClear;
@@ -149,12 +167,25 @@ module ecat_datagrams (
     endcase
   end
 
+  // A header of IPv4 or UDP that brings no datagrams.
+  always_comb begin
+    case (udp_q)
+      IpVersion: foreign_udp = byte_i != PlainIpV4;
+      IpFragmentHigh: foreign_udp = byte_i[5:0] != '0;
+      IpFragmentLow: foreign_udp = byte_i != '0;
+      IpProtocol: foreign_udp = byte_i != ProtocolUdp;
+      UdpPortLow: foreign_udp = {high_q, byte_i} != UdpPort;
+      default: foreign_udp = 1'b0;
+    endcase
+  end
+
   assign destroy_o = byte_valid_i && state_q == StDatagram && count_q == 4'd7 && looped_i && !begun_q && byte_i[6];
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
       state_q   <= StForeign;
       count_q   <= '0;
+      udp_q     <= '0;
       rest_q    <= '0;
       command_q <= '0;
       address_q <= '0;
@@ -184,7 +215,21 @@ module ecat_datagrams (
         StType:
         if (count_q[0]) begin
           count_q <= '0;
-          state_q <= {high_q, byte_i} == EtherType ? StHeader : {high_q, byte_i} == TagType ? StTag : StForeign;
+          udp_q   <= '0;
+          case ({high_q, byte_i})
+            EtherType: state_q <= StHeader;
+            TagType: state_q <= StTag;
+            IpType: state_q <= StUdp;
+            default: state_q <= StForeign;
+          endcase
+        end
+        StUdp: begin
+          udp_q <= udp_q + 1'b1;
+          if (foreign_udp) state_q <= StForeign;
+          if (udp_q == UdpSumLow) begin
+            count_q <= '0;
+            state_q <= StHeader;
+          end
         end
         StTag:
         if (count_q[0]) begin
@@ -245,8 +290,8 @@ module ecat_datagrams (
     end
   end
 
-  assign foreign_o   = state_q == StForeign;
-  assign malformed_o = state_q != StForeign && (state_q != StRest || rest_q != 3'(SequenceBytes));
+  assign foreign_o   = state_q == StForeign || state_q == StUdp;
+  assign malformed_o = !foreign_o && (state_q != StRest || rest_q != 3'(SequenceBytes));
 
   // Accesses of a byte of data.
   assign request_o = byte_valid_i && state_q == StData && served_q;

@@ -13,7 +13,9 @@ from dataclasses import dataclass, field
 from random import Random
 
 from scapy.contrib import ethercat as ec
+from scapy.layers.inet import IP, UDP
 from scapy.layers.l2 import Ether
+from scapy.packet import Raw
 
 from sim.bus.gen import esc_regmap
 from tests.ethercat import managers
@@ -58,6 +60,19 @@ def frame(datagrams: list[Datagram]) -> bytes:
         last.add_payload(layer)
         last = layer
     return bytes(packet).ljust(60, b"\0")
+
+
+def in_udp(data: bytes, port: int = 0x88A4, **fields) -> bytes:
+    """A frame of datagrams as IPv4 and UDP carry it, by scapy; fields: of IPv4."""
+    packet = Ether(data[:14]) / IP(**fields) / UDP(sport=0x88A4, dport=port) / Raw(data[14:])
+    packet.type = 0x0800
+    return bytes(packet)
+
+
+def out_of_udp(data: bytes) -> bytes:
+    """The frame of datagrams from IPv4 and UDP; the check sum of UDP must be 0, which is none."""
+    assert data[40:42] == bytes(2)
+    return data[:12] + b"\x88\xa4" + data[42:]
 
 
 def passed(data: bytes) -> bytes:

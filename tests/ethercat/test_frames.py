@@ -7,6 +7,7 @@ from random import Random
 
 import pytest
 from scapy.contrib.ethercat import EtherCat
+from scapy.layers.inet import IPOption
 from scapy.layers.l2 import Ether
 
 from sim.bus.gen import esc_regmap
@@ -20,6 +21,8 @@ from tests.ethercat.frames import (
     Fmmu,
     Slave,
     frame,
+    in_udp,
+    out_of_udp,
     passed,
     random_fmmus,
     register_memory,
@@ -57,13 +60,17 @@ def check_answer(
     assert back[:HEADER] == passed(sent)[:HEADER]
 
 
-def check(line: Line, slave: Slave, datagrams: list[Datagram], good: bool = True) -> None:
-    """Send them in a frame, good or with a wrong check sequence; what comes back must be what the
-    model says."""
-    sent = frame(datagrams)
+def check(
+    line: Line, slave: Slave, datagrams: list[Datagram], good: bool = True, udp: bool = False
+) -> None:
+    """Send them in a frame, good or with a wrong check sequence, or in UDP; what comes back must be
+    what the model says."""
+    plain = frame(datagrams)
+    sent = in_udp(plain) if udp else plain
     back = line.exchange(sent, sequence=None if good else bytes(4))
     assert back is not None and back.good == good and len(back.data) == len(sent)
-    check_answer(sent, back.data, datagrams, slave.process(datagrams, good))
+    data = out_of_udp(back.data) if udp else back.data
+    check_answer(plain, data, datagrams, slave.process(datagrams, good))
     line.run(COMMIT_NS * sum(len(d.data) for d in datagrams))
 
 
@@ -124,7 +131,7 @@ def run_chains(count: int, seed: int) -> None:
             slave = set_up(line, random)
             for n in range(block, min(block + 100, count)):
                 try:
-                    check(line, slave, random_chain(random))
+                    check(line, slave, random_chain(random), udp=random.random() < 0.2)
                 except AssertionError as error:
                     raise AssertionError(
                         f"chain {n}; again with SEED={seed}, chains from {block}: {error}"
@@ -262,6 +269,43 @@ def test_frame__with_a_tag_is_processed(line: Line):
     plain = frame([Datagram(7, bytes(4), 0, 0)])
     back = line.exchange(plain[:12] + b"\x81\x00\x00\x05" + plain[12:])
     assert back.good and back.data[30:34] == bytes([0x4D, 1, 1, 0]) and back.data[34] == 1
+
+
+def test_datagrams_in_udp__are_processed_and_the_headers_pass(line: Line):
+    sent = in_udp(
+        frame([Datagram(7, bytes(4), 0, 0)]), id=0x1234, dst="255.255.255.255", flags="DF"
+    )
+    back = line.exchange(sent)
+    assert back.good and back.data[:40] == passed(sent)[:40] and back.data[40:42] == bytes(2)
+    assert back.data[54:58] == bytes([0x4D, 1, 1, 0]) and back.data[58] == 1
+    tagged = line.exchange(sent[:12] + b"\x81\x00\x00\x05" + sent[12:])
+    assert tagged.good and tagged.data[62] == 1
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"port": 0x88A5},
+        {"port": 0x89A4},
+        {"proto": 6},
+        {"version": 6},
+        {"options": [IPOption(b"\x01\x01\x01\x00")]},
+        {"frag": 1},
+        {"frag": 256},
+        {"flags": "MF"},
+    ],
+    ids=str,
+)
+def test_packet_of_ip__without_datagrams__passes(line: Line, fields: dict):
+    sent = in_udp(frame([Datagram(2, b"\x5a" * 4, 0, MEMORY)]), **fields)
+    assert line.exchange(sent).data == passed(sent)
+    assert line.read(MEMORY, width=4) == 0 and line.read(esc_regmap.PROCESSING_ERRORS) == 0
+
+
+def test_packet_of_ip__that_ends_in_its_headers__passes(line: Line):
+    sent = in_udp(frame([Datagram(7, bytes(4), 0, 0)]))[:30]
+    back = line.exchange(sent)
+    assert back.data == passed(sent) and line.read(esc_regmap.PROCESSING_ERRORS) == 0
 
 
 def test_answer__is_dissected_by_scapy(line: Line):
