@@ -41,8 +41,10 @@ BLOCKS = (
         "sinc3_timing",
         "sinc3_filter",
         "current_sense",
+        "current_sum",
     ),
-    *("pwm_carrier", "pwm_bound", "pwm_phase", "pwm_bridge", "servo_link", "drive_front_end"),
+    *("pwm_carrier", "pwm_bound", "pwm_phase", "pwm_bridge", "servo_link"),
+    *("drive_plausible", "drive_front_end"),
 )
 LUTS, MHZ, SEEDS = 700, 125, (1, 2, 3)
 LATENCY_US = 1.5

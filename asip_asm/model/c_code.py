@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """C of a compiled law: one function for a tick, with the operations of the core's program in their
-order, for a PC and for the Nios II systems.
+order, for a PC and for the Nios II systems. Loops of the program are loops of the C (`c_loops`).
 
 The text needs a C11 compiler and its library, on FPGA2 also `gen/ci.h`. Every operation rounds once
 to binary32; NAME_FUSED chooses how a multiply-add does: 1, once, as on the core; 0, product and sum
@@ -17,6 +17,7 @@ import numpy as np
 
 from asip_asm.c_image import comment, identifier
 from asip_asm.model.c_helpers import C_WORDS, FORMS, FUSED, HELPERS, PRELUDE, TESTS
+from asip_asm.model.c_loops import LoopBody, kept_blocks
 from asip_asm.model.compiler import Compiled
 from asip_asm.model.emit import INT_OPERANDS, literal
 from asip_asm.model.graph import INT_KINDS, LEAVES, Graph, Node, Rewriter, binary32
@@ -28,9 +29,9 @@ def to_c_code(compiled: Compiled, header_name: str) -> tuple[str, str]:
     """Header and source text; `header_name` is the file that the source includes."""
     if not header_name.isprintable() or {*'"\\'} & {*header_name}:
         raise ModelError(f"{header_name!r} cannot be included by C; name the output otherwise")
-    law = compiled.law
-    prefix = identifier(law.title) or "law"
-    return _header(law, prefix), _Source(compiled.graph, law, prefix, header_name).text()
+    prefix = identifier(compiled.law.title) or "law"
+    made = _Source if compiled.plan is None else _Looped
+    return _header(compiled, prefix), made(compiled, prefix, header_name).text()
 
 
 class _Unfuse(Rewriter):
@@ -77,6 +78,20 @@ def struct_members(law: Law) -> dict[str, list[tuple[str, str]]]:
     }
 
 
+def words_of(compiled: Compiled) -> dict[str, list[tuple[str, str]]]:
+    """The words of `struct_members`, and among the states each word of the blocks of data memory
+    that a program of loops keeps from tick to tick.
+    """
+    groups = struct_members(compiled.law)
+    if compiled.plan is not None:
+        groups["states"] += [
+            (f"{block}_{k}", "float")
+            for block, words in kept_blocks(compiled.plan).items()
+            for k in range(words)
+        ]
+    return groups
+
+
 def parameter_macros(law: Law, prefix: str) -> dict[str, str]:
     """Macro of each parameter, each different and none of the file's own."""
     taken = {f"{prefix}_fused".upper(), f"{prefix}_tick_h".upper()}
@@ -99,11 +114,12 @@ def c_literal(value: float) -> str:
 
 
 # ---------------------------------------------------------------------- header
-def _header(law: Law, prefix: str) -> str:
+def _header(compiled: Compiled, prefix: str) -> str:
+    law = compiled.law
     guard = f"{prefix}_tick_h".upper()
     lines = [
         f"/* {comment(law.doc or law.title)}",
-        " * Written by asip-model: one tick in binary32, the operations of the core's program. */",
+        " * Written by microtick: one tick in binary32, the operations of the core's program. */",
         f"#ifndef {guard}",
         f"#define {guard}",
         "",
@@ -120,8 +136,11 @@ def _header(law: Law, prefix: str) -> str:
     for group, words in struct_members(law).items():
         lines += [f"/* {titles[group]} */", f"struct {prefix}_{group} {{"]
         names = members(name for name, _ in words)
-        lines += [_member(law, name, kind, names[name]) for name, kind in words]
-        lines += [] if words else ["  int32_t none;"]
+        rows = [_member(law, name, kind, names[name]) for name, kind in words]
+        if group == "states" and compiled.plan is not None:
+            blocks = kept_blocks(compiled.plan).items()
+            rows += [f"  float {block}[{count}];" for block, count in blocks]
+        lines += rows or ["  int32_t none;"]
         lines += ["};", ""]
     lines += [
         "/* States before the first tick, outputs after a fault. */",
@@ -178,8 +197,10 @@ def _describe(port: Port) -> str:
 
 # ---------------------------------------------------------------------- source
 class _Source:
-    def __init__(self, graph: Graph, law: Law, prefix: str, header_name: str) -> None:
-        self.graph, self.law, self.prefix, self.header_name = graph, law, prefix, header_name
+    def __init__(self, compiled: Compiled, prefix: str, header_name: str) -> None:
+        self.graph, self.law = compiled.graph, compiled.law
+        self.prefix, self.header_name = prefix, header_name
+        law = self.law
         self.groups = struct_members(law)
         self.names: dict[int, str] = {}
         self.used: set[str] = set()
@@ -191,13 +212,13 @@ class _Source:
 
     def text(self) -> str:
         """The whole source."""
-        body = [line for i in self.graph.used() for line in self._operation(i)]
+        tables, body = self._tables(), self._body()
         ends = self._ends()
         p = self.prefix
         fused = f"{p}_fused".upper()
         head = [
             f"/* {comment(self.law.doc or self.law.title)}",
-            " * Written by asip-model. Compile it with -ffp-contract=off. */",
+            " * Written by microtick. Compile it with -ffp-contract=off. */",
             f'#include "{self.header_name}"',
             "",
             PRELUDE,
@@ -212,6 +233,7 @@ class _Source:
             "",
             *self._fused(fused),
             *(text for name, text in HELPERS.items() if name in self.used),
+            *tables,
             self._constant("states", "initial"),
             self._constant("outputs", "safe"),
             f"int {p}_tick(const struct {p}_inputs *in, struct {p}_states *state,",
@@ -219,6 +241,12 @@ class _Source:
             *self._arguments(body + ends),
         ]
         return "\n".join([*head, *body, *ends, "  return 0;", "}", ""])
+
+    def _tables(self) -> list[str]:
+        return []
+
+    def _body(self) -> list[str]:
+        return [line for i in self.graph.used() for line in self._operation(i)]
 
     def _arguments(self, lines: list[str]) -> list[str]:
         """States before the tick; words for a compiler that warns of what a law does not use."""
@@ -253,8 +281,12 @@ class _Source:
                 rows.append(f"    .{names[port.name]} = {c_literal(value)},")
         p = self.prefix
         if not rows:
-            rows = [f"    .{next(iter(names.values()), 'none')} = 0,"]
+            rows = [f"    .{next(iter(names.values()), self._first(group))} = 0,"]
         return "\n".join([f"const struct {p}_{group} {p}_{what} = {{", *rows, "};", ""])
+
+    def _first(self, group: str) -> str:
+        """First member of a structure without signals."""
+        return "none"
 
     def _is_int(self, i: int) -> bool:
         node = self.graph.nodes[i]
@@ -301,7 +333,7 @@ class _Source:
 
     def _ends(self) -> list[str]:
         names = members(name for name, _ in self.groups["outputs"])
-        values = {n: self._value(i, False) for n, i in self.graph.outputs.items()}
+        values = self._outputs()
         checks = [f"fabsf({values[p.name]}) <= FLT_MAX" for p in self.law.of_kind("output")]
         lines = []
         if checks:
@@ -309,8 +341,49 @@ class _Source:
             lines += ["", f"  if (!({tests})) {{", f"    *out = {self.prefix}_safe;"]
             lines += ["    return 1;", "  }"]
         lines += [f"  out->{names[n]} = {value};" for n, value in values.items()]
+        return [*lines, *self._states()]
+
+    def _outputs(self) -> dict[str, str]:
+        """Expressions of the outputs."""
+        return {n: self._value(i, False) for n, i in self.graph.outputs.items()}
+
+    def _states(self) -> list[str]:
+        """Lines that write the states."""
+        lines = []
         kept = members(name for name, _ in self.groups["states"])
         kinds = dict(self.groups["states"])
         for name, root in self.graph.next_states.items():
             lines.append(f"  state->{kept[name]} = {self._value(root, kinds[name] != 'float')};")
         return lines
+
+
+class _Looped(_Source):
+    """Of a program of loops and streams: its memory is a copy of the states until the tick ends."""
+
+    def __init__(self, compiled: Compiled, prefix: str, header_name: str) -> None:
+        super().__init__(compiled, prefix, header_name)
+        assert compiled.plan is not None
+        self.loops = LoopBody(compiled.plan, self.sources)
+        self.used = self.loops.used
+
+    def _tables(self) -> list[str]:
+        return self.loops.tables()
+
+    def _body(self) -> list[str]:
+        return [*self.loops.declarations(), *self.loops.body]
+
+    def _arguments(self, lines: list[str]) -> list[str]:
+        if not self.loops.kept:
+            return super()._arguments(lines)
+        copy = f"  struct {self.prefix}_states next = *state;"
+        return [*super()._arguments([*lines, "state->"]), copy]
+
+    def _first(self, group: str) -> str:
+        blocks = self.loops.kept if group == "states" else {}
+        return next((f"{block}[0]" for block in blocks), super()._first(group))
+
+    def _outputs(self) -> dict[str, str]:
+        return {port.name: self.loops.output(port.name) for port in self.law.of_kind("output")}
+
+    def _states(self) -> list[str]:
+        return ["  *state = next;"] if self.loops.kept else []

@@ -120,6 +120,23 @@ static inline int32_t bits_(float a) {
   return word;
 }
 """,
+    "power": """\
+/* 2^n of the number 1.5*2^23 + n. */
+static inline float power_(float b) {
+  uint32_t word;
+  float a;
+  memcpy(&word, &b, sizeof word);
+  word = ((word + 127u) & 255u) << 23;
+  memcpy(&a, &word, sizeof a);
+  return a;
+}
+""",
+    "above": """\
+/* The larger of a and 0; of a NaN NaN. */
+static inline float above_(float a) {
+  return a <= 0.0f ? 0.0f : a;
+}
+""",
     "number": """\
 /* The float of these bits. */
 static inline float number_(int32_t word) {
@@ -130,8 +147,9 @@ static inline float number_(int32_t word) {
 """,
 }
 PRELUDE = """\
+/* GCC contracts products whose sums and differences alternate in spite of the first option. */
 #if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC optimize("fp-contract=off")
+#pragma GCC optimize("fp-contract=off", "no-tree-slp-vectorize")
 #else
 #pragma STDC FP_CONTRACT OFF
 #endif

@@ -4,9 +4,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from asip_asm.model.graph import Graph
 from asip_asm.model.law import Law
+
+if TYPE_CHECKING:
+    from asip_asm.model.plan import Plan
 
 SINES = ("balanced", "unit", "pipes")
 
@@ -31,9 +35,12 @@ class Options:
 
 @dataclass(frozen=True)
 class Compiled:
-    """A compiled law: the graph of core operations, the source text."""
+    """A compiled law: the graph of core operations, the source text; the plan of a program of loops
+    and streams.
+    """
 
     law: Law
     options: Options
     graph: Graph
     text: str
+    plan: Plan | None = None

@@ -378,7 +378,7 @@ def _operation(op: Op) -> Operation:
 def compiled(plan: Plan, law: Law) -> Compiled:
     """A finished plan as a compiled law."""
     options = Options(configuration=plan.machine.configuration)
-    return Compiled(law, options, plan.graph, plan.text())
+    return Compiled(law, options, plan.graph, plan.text(), plan)
 
 
 def stream_machine(configuration: str) -> Machine:

@@ -4,10 +4,12 @@ rtl/drive/quadrature_decoder.sv
 rtl/drive/sinc3_timing.sv
 rtl/drive/sinc3_filter.sv
 rtl/drive/current_sense.sv
+rtl/drive/current_sum.sv
 rtl/drive/pwm_carrier.sv
 rtl/drive/pwm_bound.sv
 rtl/drive/pwm_phase.sv
 rtl/drive/pwm_bridge.sv
 rtl/drive/drive_axis.sv
+rtl/drive/drive_plausible.sv
 rtl/drive/servo_link.sv
 rtl/drive/drive_front_end.sv

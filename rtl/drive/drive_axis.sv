@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // drive_axis: what one motor needs: decoder, filters of two phase currents, three half bridges.
-// Contract: that of quadrature_decoder, current_sense and pwm_bridge. Overcurrent is an alarm of the bridge.
+// Contract: that of quadrature_decoder, current_sense, pwm_bridge and, with ThirdSensor, current_sum.
+// Overcurrent and a sum of the currents that is not 0 are alarms of the bridge.
 module drive_axis #(
     parameter int unsigned Width         = 12,
     parameter int unsigned DeadBits      = 8,
     parameter int unsigned LeastDeadTime = 12,
     parameter int unsigned SlowRate      = 64,
     parameter int unsigned FastRate      = 8,
-    parameter int unsigned FilterBits    = 4
+    parameter int unsigned FilterBits    = 4,
+    parameter int unsigned ThirdSensor   = 0    // 1: bit_c_i, for the sum of the currents
 ) (
     input  logic                               clk_i,
     input  logic                               rst_ni,
@@ -26,6 +28,7 @@ module drive_axis #(
     // currents, and sinc3_timing
     input  logic                               bit_a_i,
     input  logic                               bit_b_i,
+    input  logic                               bit_c_i,
     input  logic                               strobe_i,
     input  logic [2:0]                               corner_i,
     input  logic [2:0]                               fast_i,
@@ -34,6 +37,9 @@ module drive_axis #(
     output logic signed [3*$clog2(SlowRate):0] current_a_o,
     output logic signed [3*$clog2(SlowRate):0] current_b_o,
     output logic                               over_o,
+    input  logic                               done_i,
+    input  logic [3*$clog2(SlowRate)+1:0]      sum_limit_i,
+    output logic                               sum_over_o,
     // pwm_carrier
     input  logic [Width-1:0]                   count_i,
     input  logic                               up_i,
@@ -92,6 +98,30 @@ module drive_axis #(
       .over_o
   );
 
+  generate
+    if (ThirdSensor != 0) begin : gen_sum
+      current_sum #(
+          .SlowRate(SlowRate)
+      ) u_sum (
+          .clk_i,
+          .rst_ni,
+          .bit_a_i,
+          .bit_b_i,
+          .bit_c_i,
+          .strobe_i,
+          .corner_i,
+          .done_i,
+          .limit_i(sum_limit_i),
+          .clear_i,
+          .over_o (sum_over_o)
+      );
+    end else begin : gen_no_sum
+      logic unused_sum;
+      assign unused_sum = ^{bit_c_i, done_i, sum_limit_i};
+      assign sum_over_o = 1'b0;
+    end
+  endgenerate
+
   pwm_bridge #(
       .Width        (Width),
       .DeadBits     (DeadBits),
@@ -109,7 +139,7 @@ module drive_axis #(
       .value_i,
       .commit_i,
       .fault_i,
-      .alarm_i  (alarm_i || over_o),
+      .alarm_i  (alarm_i || over_o || sum_over_o),
       .clear_i,
       .trip_o,
       .high_o,

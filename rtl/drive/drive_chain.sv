@@ -12,7 +12,8 @@ module drive_chain #(
     parameter int unsigned TrackingFmaPipes   = 2,
     parameter int unsigned TrackingSlots      = 3,
     parameter int unsigned CurrentFmaPipes    = 1,
-    parameter int unsigned CurrentSlots       = 1
+    parameter int unsigned CurrentSlots       = 1,
+    parameter int unsigned ThirdSensor        = 0
 ) (
     input  logic               clk_i,
     input  logic               rst_ni,
@@ -31,6 +32,7 @@ module drive_chain #(
     output logic               mclk_o,
     input  logic [4:0]         bit_a_i,
     input  logic [4:0]         bit_b_i,
+    input  logic [4:0]         bit_c_i,
     input  logic signed [15:0] bus_i,
     input  logic [4:0]         fault_i,
     output logic [14:0]        high_o,
@@ -142,7 +144,8 @@ module drive_chain #(
   );
 
   drive_front_end #(
-      .Axes(Axes)
+      .Axes       (Axes),
+      .ThirdSensor(ThirdSensor)
   ) u_front_end (
       .clk_i,
       .rst_ni,
@@ -168,6 +171,7 @@ module drive_chain #(
       .mclk_o,
       .bit_a_i,
       .bit_b_i,
+      .bit_c_i,
       .bus_i,
       .fault_i,
       .high_o,

@@ -7,13 +7,15 @@
 // A fault of a run, a trigger while the link is at work, stop_i with LINK.orders, or a bus voltage
 // below GUARD.bus or above BUS_LIMIT trips every axis. Bus voltage: bus_i, signed; gates are off after the
 // third clock edge that sees it outside. chopper_o follows one edge after bus_i: on above CHOPPER.on, off
-// below CHOPPER.off; trips do not change it. position_o is POSITION + ORIGIN.
+// below CHOPPER.off; trips do not change it. Guards of the sensors, each off after a reset: drive_plausible
+// looks at the values of the link, current_sum at a third sensor. position_o is POSITION + ORIGIN.
 module drive_front_end #(
     parameter int unsigned Axes          = 5,   // 1..8
     parameter int unsigned ClocksPerBit  = 6,
     parameter int unsigned SlowRate      = 64,
     parameter int unsigned FastRate      = 8,
-    parameter int unsigned LeastDeadTime = 12
+    parameter int unsigned LeastDeadTime = 12,
+    parameter int unsigned ThirdSensor   = 0    // 1: bit_c_i, for the sum of the currents
 ) (
     input  logic              clk_i,
     input  logic              rst_ni,
@@ -43,6 +45,7 @@ module drive_front_end #(
     output logic              mclk_o,
     input  logic [Axes-1:0]   bit_a_i,
     input  logic [Axes-1:0]   bit_b_i,
+    input  logic [Axes-1:0]   bit_c_i,
     input  logic signed [15:0] bus_i,
     input  logic [Axes-1:0]   fault_i,
     output logic [3*Axes-1:0] high_o,
@@ -58,6 +61,7 @@ module drive_front_end #(
   localparam int unsigned FilterBits = drive_regmap_pkg::ENCODER_FILTER_WIDTH;
   localparam int unsigned SlowWidth = 3 * $clog2(SlowRate) + 1;
   localparam int unsigned FastWidth = 3 * $clog2(FastRate) + 1;
+  localparam int unsigned SumWidth = SlowWidth + 1;
   localparam int unsigned Samples = 4 * Axes + 1;
   localparam int unsigned WordBits = $clog2(5 * Axes + 1);
   localparam int unsigned Index = drive_regmap_pkg::ADDRESS_WIDTH;
@@ -75,7 +79,14 @@ module drive_front_end #(
   logic [FastWidth-1:0] limit_q;
   logic [FilterBits-1:0] filter_q;
   logic enable_q, orders_q, guard_encoder_q, late_q, fault_q, under_q, stop_q, bus_over_q, alarm;
-  logic chopper_q;
+  logic chopper_q, link_q;
+  logic [SumWidth-1:0] sum_limit_q;
+  logic [15:0] follow_current_q;
+  logic [7:0] follow_persist_q;
+  logic [(Width+2)*Axes-1:0] follow_voltage_q;
+  logic signed [SlowWidth-1:0] follow_a, follow_b;
+  logic [Axes-1:0] running, lost, sum_over;
+  logic [31:0] cause_word;
   logic up, load, window;
   logic strobe, fast_valid, done, sampled_q;
   logic [2:0] corner, fast;
@@ -130,6 +141,10 @@ module drive_front_end #(
       stop_q           <= 1'b0;
       bus_over_q       <= 1'b0;
       chopper_q        <= 1'b0;
+      sum_limit_q      <= '0;
+      follow_current_q <= '0;
+      follow_persist_q <= '0;
+      link_q           <= 1'b0;
       write_q          <= 1'b0;
       commit_q         <= '0;
       read_q           <= 1'b0;
@@ -143,6 +158,7 @@ module drive_front_end #(
       bus_over_q       <= (bus_over_q && !link_clear) || (bus_i > bus_most_q && bus_most_q != '0);
       chopper_q        <= chopper_on_q != '0 && (bus_i > chopper_on_q || (chopper_q && bus_i >= chopper_off_q));
       write_q          <= link_valid || compare_write;
+      link_q           <= link_valid;
       commit_q         <= {commit_q[0], link_done || compare_commit};
       if (write_i) begin
         case (register_index)
@@ -175,6 +191,12 @@ module drive_front_end #(
             chopper_on_q  <= writedata_i[drive_regmap_pkg::CHOPPER_ON_LSB+:16];
             chopper_off_q <= writedata_i[drive_regmap_pkg::CHOPPER_OFF_LSB+:16];
           end
+          drive_regmap_pkg::REG_CURRENT_SUM:
+          sum_limit_q <= writedata_i[drive_regmap_pkg::CURRENT_SUM_SIZE_LSB+:SumWidth];
+          drive_regmap_pkg::REG_PLAUSIBLE: begin
+            follow_current_q <= writedata_i[drive_regmap_pkg::PLAUSIBLE_CURRENT_LSB+:16];
+            follow_persist_q <= writedata_i[drive_regmap_pkg::PLAUSIBLE_PERSIST_LSB+:8];
+          end
           default: ;
         endcase
       end
@@ -191,10 +213,12 @@ module drive_front_end #(
     pwm_word    = 32'd0;
     link_word   = 32'd0;
     guard_word  = 32'd0;
+    cause_word  = 32'd0;
     config_word[drive_regmap_pkg::CONFIG_AXES_LSB+:4]            = 4'(Axes);
     config_word[drive_regmap_pkg::CONFIG_BIT_CLOCKS_LSB+:6]      = 6'(ClocksPerBit);
     config_word[drive_regmap_pkg::CONFIG_FAST_LOG2_LSB+:4]       = 4'($clog2(FastRate));
     config_word[drive_regmap_pkg::CONFIG_SLOW_LOG2_LSB+:4]       = 4'($clog2(SlowRate));
+    config_word[drive_regmap_pkg::CONFIG_THIRD_SENSOR_LSB]       = ThirdSensor != 0;
     config_word[drive_regmap_pkg::CONFIG_LEAST_DEAD_TIME_LSB+:8] = 8'(LeastDeadTime);
     status_word[drive_regmap_pkg::STATUS_TRIP_LSB+:8]            = 8'(trip);
     status_word[drive_regmap_pkg::STATUS_ILLEGAL_LSB+:8]         = 8'(illegal);
@@ -212,6 +236,8 @@ module drive_front_end #(
     link_word[drive_regmap_pkg::LINK_ORDERS_LSB]                 = orders_q;
     guard_word[drive_regmap_pkg::GUARD_BUS_LSB+:16]              = bus_least_q;
     guard_word[drive_regmap_pkg::GUARD_ENCODER_LSB]              = guard_encoder_q;
+    cause_word[drive_regmap_pkg::CAUSE_PLAUSIBLE_LSB+:8]         = 8'(lost);
+    cause_word[drive_regmap_pkg::CAUSE_SUM_LSB+:8]               = 8'(sum_over);
   end
 
   // An OR of values of which one at most is not 0 is smaller than a case.
@@ -231,6 +257,9 @@ module drive_front_end #(
         | shown(reads[drive_regmap_pkg::REG_BRAKE], 32'(release_q))
         | shown(reads[drive_regmap_pkg::REG_BUS_LIMIT], {16'd0, bus_most_q})
         | shown(reads[drive_regmap_pkg::REG_CHOPPER], {chopper_off_q, chopper_on_q})
+        | shown(reads[drive_regmap_pkg::REG_CURRENT_SUM], 32'(sum_limit_q))
+        | shown(reads[drive_regmap_pkg::REG_CAUSE], cause_word)
+        | shown(reads[drive_regmap_pkg::REG_PLAUSIBLE], {8'd0, follow_persist_q, follow_current_q})
         | shown(reads[drive_regmap_pkg::REG_TIME], time_q);
     for (int unsigned i = 0; i < Axes; i++)
       read_data = read_data
@@ -238,6 +267,8 @@ module drive_front_end #(
           | shown(reads[drive_regmap_pkg::REG_EDGE_TIME + Index'(i)], edge_time[32*i+:32])
           | shown(reads[drive_regmap_pkg::REG_INDEX + Index'(i)], index_position[32*i+:32])
           | shown(reads[drive_regmap_pkg::REG_ORIGIN + Index'(i)], origin_q[32*i+:32])
+          | shown(reads[drive_regmap_pkg::REG_PLAUSIBLE_VOLTAGE + Index'(i)],
+                  32'(follow_voltage_q[(Width+2)*i+:Width+2]))
           | shown(reads[drive_regmap_pkg::REG_CURRENT_A + Index'(i)], current_a[32*i+:32])
           | shown(reads[drive_regmap_pkg::REG_CURRENT_B + Index'(i)], current_b[32*i+:32])
           | shown(reads[drive_regmap_pkg::REG_ILLEGAL + Index'(i)], {24'd0, illegal_count[8*i+:8]});
@@ -303,7 +334,8 @@ module drive_front_end #(
           .LeastDeadTime(LeastDeadTime),
           .SlowRate     (SlowRate),
           .FastRate     (FastRate),
-          .FilterBits   (FilterBits)
+          .FilterBits   (FilterBits),
+          .ThirdSensor  (ThirdSensor)
       ) u_axis (
           .clk_i,
           .rst_ni,
@@ -320,11 +352,15 @@ module drive_front_end #(
           .illegal_count_o (illegal_count[8*axis+:8]),
           .bit_a_i         (bit_a_i[axis]),
           .bit_b_i         (bit_b_i[axis]),
+          .bit_c_i         (bit_c_i[axis]),
           .strobe_i        (strobe),
           .corner_i        (corner),
           .fast_i          (fast),
           .fast_valid_i    (fast_valid),
           .limit_i         (limit_q),
+          .done_i          (done),
+          .sum_limit_i     (sum_limit_q),
+          .sum_over_o      (sum_over[axis]),
           .current_a_o     (slow_a),
           .current_b_o     (slow_b),
           .over_o          (over[axis]),
@@ -338,7 +374,7 @@ module drive_front_end #(
           .value_i         (bounded),
           .commit_i        (commit_q[1]),
           .fault_i         (fault_i[axis]),
-          .alarm_i         (alarm || (illegal[axis] && guard_encoder_q)),
+          .alarm_i         (alarm || (illegal[axis] && guard_encoder_q) || lost[axis]),
           .clear_i         (clear[axis]),
           .trip_o          (trip[axis]),
           .high_o          (high_o[3*axis+:3]),
@@ -351,15 +387,19 @@ module drive_front_end #(
 
       always_ff @(posedge clk_i or negedge rst_ni) begin
         if (!rst_ni) begin
-          origin_q[32*axis+:32] <= '0;
-        end else if (write_i && register_index == drive_regmap_pkg::REG_ORIGIN + Index'(axis)) begin
-          origin_q[32*axis+:32] <= writedata_i;
+          origin_q[32*axis+:32]                      <= '0;
+          follow_voltage_q[(Width+2)*axis+:Width+2] <= '0;
+        end else if (write_i) begin
+          if (register_index == drive_regmap_pkg::REG_ORIGIN + Index'(axis)) origin_q[32*axis+:32] <= writedata_i;
+          if (register_index == drive_regmap_pkg::REG_PLAUSIBLE_VOLTAGE + Index'(axis))
+            follow_voltage_q[(Width+2)*axis+:Width+2] <= writedata_i[Width+1:0];
         end
       end
 
       always_ff @(posedge clk_i) position_o[32*axis+:32] <= position[32*axis+:32] + origin_q[32*axis+:32];
 
-      assign release_o[axis] = release_q[axis] && mode_q[ModeBits*axis+:ModeBits] == MoRun && !trip[axis];
+      assign running[axis]   = mode_q[ModeBits*axis+:ModeBits] == MoRun && !trip[axis];
+      assign release_o[axis] = release_q[axis] && running[axis];
 
       // What the link hands over, all of one clock. Ages beyond 2^22 clocks show as that.
       always_ff @(posedge clk_i) begin
@@ -387,6 +427,27 @@ module drive_front_end #(
       sampled_q <= done;
     end
   end
+
+  drive_plausible #(
+      .Axes    (Axes),
+      .Width   (Width),
+      .SlowRate(SlowRate)
+  ) u_plausible (
+      .clk_i,
+      .rst_ni,
+      .write_i    (link_q),
+      .axis_i     (axis_q),
+      .phase_i    (phase_q),
+      .value_i    (bounded),
+      .current_a_i(follow_a),
+      .current_b_i(follow_b),
+      .run_i      (running),
+      .clear_i    (clear),
+      .voltage_i  (follow_voltage_q),
+      .current_i  (follow_current_q),
+      .persist_i  (follow_persist_q),
+      .lost_o     (lost)
+  );
 
   servo_link #(
       .Axes (Axes),
@@ -416,6 +477,16 @@ module drive_front_end #(
       .late_o       (link_late),
       .fault_o      (link_fault)
   );
+
+  always_comb begin
+    follow_a = '0;
+    follow_b = '0;
+    for (int unsigned i = 0; i < Axes; i++)
+    if (axis_q == 3'(i)) begin
+      follow_a = samples_q[4*i+1][SlowWidth-1:0];
+      follow_b = samples_q[4*i+2][SlowWidth-1:0];
+    end
+  end
 
   always_comb begin
     sample = '0;

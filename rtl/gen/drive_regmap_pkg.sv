@@ -35,6 +35,10 @@ package drive_regmap_pkg;
   localparam logic [6:0] REG_ILLEGAL = 7'h38;
   localparam logic [6:0] REG_ORIGIN = 7'h40;
   localparam logic [6:0] REG_CHOPPER = 7'h48;
+  localparam logic [6:0] REG_CURRENT_SUM = 7'h49;
+  localparam logic [6:0] REG_CAUSE = 7'h4a;
+  localparam logic [6:0] REG_PLAUSIBLE = 7'h4b;
+  localparam logic [6:0] REG_PLAUSIBLE_VOLTAGE = 7'h50;
 
   // Reset values.
   localparam logic [31:0] RESET_ID = 32'h44525631;
@@ -50,6 +54,9 @@ package drive_regmap_pkg;
   localparam logic [31:0] RESET_BUS_LIMIT = 32'h00000000;
   localparam logic [31:0] RESET_ORIGIN = 32'h00000000;
   localparam logic [31:0] RESET_CHOPPER = 32'h00000000;
+  localparam logic [31:0] RESET_CURRENT_SUM = 32'h00000000;
+  localparam logic [31:0] RESET_PLAUSIBLE = 32'h00000000;
+  localparam logic [31:0] RESET_PLAUSIBLE_VOLTAGE = 32'h00000000;
 
   // Fields: lowest bit and width.
   localparam int unsigned CONFIG_AXES_LSB = 0;
@@ -60,6 +67,8 @@ package drive_regmap_pkg;
   localparam int unsigned CONFIG_FAST_LOG2_WIDTH = 4;
   localparam int unsigned CONFIG_SLOW_LOG2_LSB = 16;
   localparam int unsigned CONFIG_SLOW_LOG2_WIDTH = 4;
+  localparam int unsigned CONFIG_THIRD_SENSOR_LSB = 20;
+  localparam int unsigned CONFIG_THIRD_SENSOR_WIDTH = 1;
   localparam int unsigned CONFIG_LEAST_DEAD_TIME_LSB = 24;
   localparam int unsigned CONFIG_LEAST_DEAD_TIME_WIDTH = 8;
   localparam int unsigned CONTROL_CLEAR_LSB = 0;
@@ -138,5 +147,17 @@ package drive_regmap_pkg;
   localparam int unsigned CHOPPER_ON_WIDTH = 16;
   localparam int unsigned CHOPPER_OFF_LSB = 16;
   localparam int unsigned CHOPPER_OFF_WIDTH = 16;
+  localparam int unsigned CURRENT_SUM_SIZE_LSB = 0;
+  localparam int unsigned CURRENT_SUM_SIZE_WIDTH = 20;
+  localparam int unsigned CAUSE_PLAUSIBLE_LSB = 0;
+  localparam int unsigned CAUSE_PLAUSIBLE_WIDTH = 8;
+  localparam int unsigned CAUSE_SUM_LSB = 8;
+  localparam int unsigned CAUSE_SUM_WIDTH = 8;
+  localparam int unsigned PLAUSIBLE_CURRENT_LSB = 0;
+  localparam int unsigned PLAUSIBLE_CURRENT_WIDTH = 16;
+  localparam int unsigned PLAUSIBLE_PERSIST_LSB = 16;
+  localparam int unsigned PLAUSIBLE_PERSIST_WIDTH = 8;
+  localparam int unsigned PLAUSIBLE_VOLTAGE_SIZE_LSB = 0;
+  localparam int unsigned PLAUSIBLE_VOLTAGE_SIZE_WIDTH = 14;
 
 endpackage

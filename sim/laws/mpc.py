@@ -4,13 +4,17 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
+
+import numpy as np
 
 from asip_asm.c_image import c_files
 from asip_asm.command import command_parser, count, run_command
 from asip_asm.files import open_output, refuse_overwriting
 from asip_asm.image import Image
 from asip_asm.isa import default_isa
+from asip_asm.model.c_code import to_c_code
 from asip_asm.model.law import check_limits
 from asip_asm.model.mpc_bound import input_bounds
 from asip_asm.model.mpc_lane_program import mpc_plan
@@ -22,13 +26,16 @@ from asip_asm.model.read import ModelError
 
 PROG = "microtick mpc"
 CLOCK = 125  # MHz
-TICKS = 1000
+TICKS, SEED = 1000, 1
+TIMED = 100_000
+"""Ticks of the C that are timed, one by one."""
 EPILOG = """example:
   microtick mpc quadrotor.toml --prove -o build/quadrotor
 
 writes build/quadrotor.s (assembly with loops and streams), .asip.json (image), .asip.map.json
-(debug map), .h (tables for the C driver) and .report.txt. With --prove the program runs on the core
-and is compared with the exact interpreter and with double precision, and the distance of its plans
+(debug map), .h (tables for the C driver) and .report.txt, with --c also .tick.c and .tick.h (the
+same program in C). With --prove the program runs on the core, and the C on this machine. Both are
+compared with the exact interpreter and with double precision, and the distance of the plans
 from the true optimum is measured (docs/your_robot.md#your-mpc-in-ten-minutes).
 
 exit status: 0 written, and proved with --prove; 1 an error, or a proof that failed; 2 wrong command
@@ -49,6 +56,8 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument("problem", type=Path, help="the problem, a TOML file")
     parser.add_argument("-o", dest="output", metavar="STEM", help="files to write, without suffix")
     parser.add_argument("--config", choices=streams, default=streams[0], help="kind of core")
+    parser.add_argument("--c", action="store_true", help="write the program as C too: STEM.tick.c, "
+                        "STEM.tick.h")  # fmt: skip
     parser.add_argument("--prove", action="store_true", help="run on the core and compare")
     parser.add_argument("--ticks", type=count, default=TICKS, help="ticks of the proof")
     parser.add_argument("--states", type=count, default=10_000, help="initial states whose optimum "
@@ -58,7 +67,8 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
 
 def _mpc(options: argparse.Namespace) -> int:
     stem = Path(options.output or options.problem.with_suffix(""))
-    ends = (".s", ".asip.json", ".asip.map.json", ".h", ".report.txt")
+    ends = [".s", ".asip.json", ".asip.map.json", ".h", ".report.txt"]
+    ends += [".tick.h", ".tick.c"] if options.c else []
     paths = {end: stem.with_name(stem.name + end) for end in ends}
     refuse_overwriting(list(paths.values()), [options.problem])
     problem = load_problem(options.problem)
@@ -71,6 +81,8 @@ def _mpc(options: argparse.Namespace) -> int:
         **c_files("", built.image),
         ".report.txt": "\n".join([*lines, "", built.report.render()]),
     }
+    if options.c:
+        texts[".tick.h"], texts[".tick.c"] = to_c_code(built.compiled, paths[".tick.h"].name)
     for end, text in texts.items():
         with open_output(paths[end]) as file:
             file.write(text)
@@ -121,5 +133,32 @@ def _prove(problem: Problem, built: Built, options: argparse.Namespace) -> int:
         print(f"{PROG}: the program stops for a state within 'start': {fault}")
         return 1
     print("\n".join([*proof.lines(), *distance(problem, options.states).lines()]))
-    print("proved" if proof.passed else "NOT proved")
-    return 0 if proof.passed else 1
+    passed = proof.passed and (not options.c or _prove_c(built, options))
+    print("proved" if passed else "NOT proved")
+    return 0 if passed else 1
+
+
+def _prove_c(built: Built, options: argparse.Namespace) -> bool:
+    """Whether the C has the interpreter's bits on this machine, over consecutive ticks. Prints its
+    time and that of the core too.
+    """
+    from sim.laws.native.bits import prove_c
+    from sim.laws.native.law import CompilerError, NativeLaw
+    from sim.laws.prove_program import draw_ticks
+
+    try:
+        difference = prove_c(built.compiled, options.ticks, SEED)
+        drawn, _ = draw_ticks(built.compiled.law, options.ticks, np.random.default_rng(SEED))
+        times = NativeLaw(built.compiled).time(drawn, TIMED)
+    except CompilerError as error:
+        print(f"{PROG}: error: {error}", file=sys.stderr)
+        return False
+    equal = "bits equal the interpreter's"
+    print(f"C on this machine: {difference or equal}")
+    taken = (times.ticks - times.clock) / 1000
+    median, far, worst = np.quantile(taken, (0.5, 0.9999, 1.0))
+    print(
+        f"time of the C, {TIMED} ticks: median {median:.2f} us, 99.99 % {far:.2f} us, worst "
+        f"{worst:.2f} us; the core at {CLOCK} MHz: {built.cycles / CLOCK:.2f} us in every tick"
+    )
+    return not difference

@@ -4,8 +4,9 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -69,9 +70,10 @@ class DualRtl(Verilated):
     harness = HARNESS / "dual_harness.cpp"
     headers: tuple[Path, ...] = ()
     macros: tuple[str, ...] = ()  # further options of the harness's compiler
+    parameters: Mapping[str, int] = MappingProxyType({})  # of the top, besides the cores
 
     def __init__(self, trajectory: str = "fast", tracking: str = "fast") -> None:
-        parameters = {}
+        parameters = dict(self.parameters)
         for name, configuration in (("Trajectory", trajectory), ("Tracking", tracking)):
             record = default_isa().configurations[configuration]
             parameters[f"{name}FmaPipes"] = record.fma_pipes

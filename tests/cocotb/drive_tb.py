@@ -21,7 +21,7 @@ SLOW = 64  # bits of one of the three windows of a sample
 BRAKE, RUN = 1, 2
 ALL = (1 << AXES) - 1
 PINS = ("core_readdata_i", "core_waitrequest_i", "core_irq_i", "order_i", "stop_i", "bus_i")
-PINS += ("a_i", "b_i", "z_i", "bit_a_i", "bit_b_i", "fault_i")
+PINS += ("a_i", "b_i", "z_i", "bit_a_i", "bit_b_i", "bit_c_i", "fault_i")
 
 
 async def started(dut) -> Agent:

@@ -55,6 +55,20 @@ def test_c_that_differs_is_found(monkeypatch):
     assert "tick 0: got" in prove_c(PROGRAMS["sample"](), TICKS, seed=2)
 
 
+def test_products_with_alternating_signs_are_rounded_apart():
+    """GCC 12 makes one instruction of them, with one rounding, against its option."""
+    names = [f"{name}{k}" for name in ("one", "two", "sum") for k in range(4)]
+    values = dict(zip(names, map(ca.SX.sym, names), strict=True))
+    terms = [
+        values[f"one{k}"] * values[f"two{k}"] + (-1) ** (k + 1) * values[f"sum{k}"]
+        for k in range(4)
+    ]
+    function = ca.Function("law", list(values.values()), terms, names, [f"y{k}" for k in range(4)])
+    ports = [Port("input", name, limits=(-2.0, 2.0)) for name in names]
+    ports += [Port("export", f"y{k}") for k in range(4)]
+    assert prove_c(compile_law(Law("signs", function, ports, rate=1.0)), TICKS, seed=2) == ""
+
+
 def test_c_does_not_need_its_option_against_contraction():
     compiled = compile_law(mixed())
     inputs, states = draw_ticks(compiled.law, TICKS, np.random.default_rng(3))

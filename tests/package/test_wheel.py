@@ -310,7 +310,7 @@ def test_your_robot__word_for_word_with_the_wheel(
     environment = with_model.environment | {"HOME": str(tmp_path)}
     environment["PATH"] = f"{with_model.commands}:{environment['PATH']}"
     said = output("sh", "-e", "page.sh", cwd=work, env=environment, timeout=900)
-    assert said.count("bits equal the interpreter's") == 9
+    assert said.count("bits equal the interpreter's") == 10
     assert "200 ticks: bits equal the exact interpreter's" in said  # microtick mpc
     assert len(re.findall("^proved$", said, re.M)) == 8
     assert "200 ticks of 2 functions in turn" in said

@@ -95,6 +95,7 @@ module axis_loop #(
       .mclk_o            (unused_mclk),
       .bit_a_i           (bits_i),
       .bit_b_i           (bits_i),
+      .bit_c_i           (1'b0),
       .bus_i             (16'd11200),
       .fault_i           (1'b0),
       .high_o            (unused_high),

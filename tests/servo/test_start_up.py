@@ -11,7 +11,7 @@ import pytest
 from sim.bench.drive import hardware, start_up
 from sim.bench.drive import status as status_text
 from sim.bench.drive.averaged import at_joints, true_angles, true_zeros
-from sim.bench.drive.chain import ChainRtl
+from sim.bench.drive.chain import ChainRtl, GuardedChain
 from sim.bench.drive.plant import Plant
 from sim.laws.drive.current_law import Setting
 from sim.robot.drives import Drives
@@ -26,13 +26,14 @@ JOINTS = at_joints(PLANT, ROBOT.start)
 MOST = [1e-4] * 3 + [1e-2] * 2  # following error [m, rad]
 
 
-def brought_up(plant: Plant = PLANT) -> ChainRtl:
-    """Configured, offsets measured; all gates off, brakes closed."""
-    system = ChainRtl()
+def brought_up(plant: Plant = PLANT, kind: type[ChainRtl] = ChainRtl) -> ChainRtl:
+    """Configured, offsets measured, guards on; all gates off, brakes closed."""
+    system = kind()
     counts = system.place(plant, ROBOT.start)
     start_up.configure(system, DRIVES, SETTING, counts)
     zeros = start_up.measure_offsets(system, 16)
     np.testing.assert_allclose(zeros, true_zeros(PLANT), atol=3)
+    start_up.guard(system, ROBOT, DRIVES, SETTING)
     return system
 
 
@@ -106,6 +107,90 @@ def test_brake_chopper__is_on_before_the_trip_and_off_at_the_bus_voltage():
         system.clock(3)
         assert system.look().chopper == on == system.status()["chopper"], volts
         assert not system.status()["trip"], volts
+
+
+def turning(share: float, kind: type[ChainRtl] = ChainRtl) -> ChainRtl:
+    """A test bench turns all motors, and the host orders a share of the greatest force of each."""
+    system = brought_up(kind=kind)
+    start_up.write_angles(system, true_angles(PLANT, JOINTS))
+    start_up.order(system, [0.0] * 5)
+    system.front("LINK", enable=1)
+    system.clock(3 * 1250)
+    system.front("MODE", **start_up.RUN)
+    system.spin([0.1] * 3 + [0.4] * 2)
+    start_up.order(system, [share * m.i_max * m.force_per_ampere for m in DRIVES.motors])
+    system.clock(5 * 12_500)
+    assert start_up.told(system.status()) == ""
+    return system
+
+
+def currents(system: ChainRtl, halves: int) -> np.ndarray:
+    """Greatest currents (5,) in so many half periods, as shares of `i_max`."""
+    most = np.zeros(5)
+    for _ in range(halves):
+        system.clock(1250)
+        seen = system.look()
+        most = np.maximum(most, np.hypot(seen.i_d, seen.i_q))
+    return most / [motor.i_max for motor in DRIVES.motors]
+
+
+def test_open_phases_and_dead_sensors__trip_their_axes_below_twice_the_rated_current():
+    """Leg 1 and the rotation lose a sensor, leg 2 and the tilt a phase, leg 3 nothing."""
+    system = turning(0.5)
+    system.sensors(stuck={0: 1, 1: 16}, broken=2 << 5 | 8 << 10)
+    most = currents(system, 150)
+    status = system.status()
+    assert status["trip"] == status["plausible"] == ALL & ~4
+    assert (most < 2).all() and most[2] == pytest.approx(0.5, abs=0.02)
+    assert "leg 1, leg 2, tilt, rotation: a phase had voltage" in start_up.told(status)
+    system.sensors()
+    system.front("LINK")
+    start_up.recover(system)
+
+
+def test_sensors_that_drift__trip_with_a_third_sensor_in_two_samples():
+    """Each sensor in turn shows 1 A too much, or nothing; without a fault the sum is small."""
+    system = turning(0.9, GuardedChain)
+    assert REGMAP.registers["CONFIG"].fields["third_sensor"].of(system.read_front("CONFIG")) == 1
+    for phase in range(3):
+        drift = np.zeros((5, 3))
+        drift[phase, phase] = 1.0
+        system.sensors(drift=drift, stuck={phase: 16})
+        most = currents(system, 3)
+        status = system.status()
+        assert status["trip"] == status["sum"] == 1 << phase | 16, phase
+        assert (most < 1).all()
+        assert "rotation: the sum of its currents was not 0" in start_up.told(status)
+        system.sensors()
+        system.clock(2500)
+        system.front("MODE")
+        start_up.recover(system)
+        system.front("MODE", **start_up.RUN)
+        system.clock(12_500)
+        assert start_up.told(system.status()) == ""
+
+
+def test_offset_of_a_sensor_before_the_start__is_refused():
+    system = ChainRtl()
+    start_up.configure(system, DRIVES, SETTING, system.place(PLANT, ROBOT.start))
+    drift = np.zeros((5, 3))
+    drift[3, 1] = 0.2  # with the sensor's own 0.02 A below a 128th of 32 A
+    system.sensors(drift=drift)
+    start_up.measure_offsets(system, 4)
+    drift[3, 1] = 0.3
+    system.sensors(drift=drift)
+    with pytest.raises(start_up.StartUpError, match="axis 4, current b without gates: "):
+        start_up.measure_offsets(system, 4)
+
+
+def test_limits_of_plausible_currents__between_motion_and_twice_the_current():
+    volts, persist = start_up.plausible_limits(ROBOT, DRIVES)
+    speeds = [ROBOT.v_max_leg] * 3 + [ROBOT.v_max_table] * 2
+    for limit, motor, speed in zip(volts, DRIVES.motors, speeds, strict=True):
+        assert speed * motor.wave * motor.psi < limit < 2 * motor.R * motor.i_max
+    assert 1 < persist < 2**8
+    fast, quick = start_up.plausible_limits(replace(ROBOT, v_max_leg=1.2), DRIVES)
+    assert fast[:3] == [0, 0, 0] and fast[3:] == volts[3:] and quick <= persist
 
 
 def test_following_error__stops_all_axes():

@@ -16,7 +16,7 @@ from sim.core.controller import ControllerFault
 from sim.robot.records import SetPoints
 from sim.rtl.gen.drive_regmap import REGMAP
 
-NONE = dict.fromkeys(REGMAP.registers["STATUS"].fields, 0)
+NONE = dict.fromkeys([*REGMAP.registers["STATUS"].fields, *REGMAP.registers["CAUSE"].fields], 0)
 
 
 @pytest.mark.parametrize(
@@ -38,6 +38,9 @@ NONE = dict.fromkeys(REGMAP.registers["STATUS"].fields, 0)
         ({"trip": 31, "stop": 1}, "tripped: ", "stop: a processor that orders", "overcurrent"),
         ({"trip": 31, "fault": 1}, "tripped: ", "watchdog", "overcurrent"),
         ({"trip": 31, "late": 1}, "tripped: ", "late: ", "overcurrent"),
+        ({"trip": 3, "plausible": 2}, "tripped: leg 1, leg 2 (leg 2: a phase had voltage",
+         "; leg 1: overcurrent", "sum of"),
+        ({"trip": 9, "sum": 8}, "tripped: leg 1, tilt (tilt: the sum", "; leg 1: over", "voltage"),
         ({"illegal": 2}, "no axis has tripped (leg 2: encoder", "", "overcurrent"),
     ],
 )  # fmt: skip

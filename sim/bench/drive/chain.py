@@ -11,6 +11,7 @@ import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -35,7 +36,7 @@ _PERIOD = DUAL.registers["PERIOD"].reset
 assert _PERIOD is not None
 CONTROL_PERIOD = _PERIOD  # clocks
 OPTIONS = Options(configuration=CONFIGURATIONS["current"], reassociate=True, reciprocal=True)
-STATUS = REGMAP.registers["STATUS"].fields
+FLAGS = {name: REGMAP.registers[name].fields for name in ("STATUS", "CAUSE")}
 HALF = np.dtype(
     [
         *((name, float, AXES) for name in ("i_d", "i_q", "position")),
@@ -68,7 +69,10 @@ class Look:
 
 
 class ChainRtl(DualRtl):
-    """`drive_chain` just out of reset with its motors; the bus is that of `DualRtl`."""
+    """`drive_chain` just out of reset with its motors; the bus is that of `DualRtl`.
+
+    It has two current sensors an axis, and a third one in `GuardedChain`.
+    """
 
     top = "drive_chain"
     harness = Path(__file__).with_name("chain_harness.cpp")
@@ -87,6 +91,7 @@ class ChainRtl(DualRtl):
         self._lib.chain_spin.argtypes = [pointer] * 2
         self._lib.chain_travel.argtypes = [pointer, pointer, u32]
         self._lib.chain_modulators.argtypes = [pointer] * 2
+        self._lib.chain_sensors.argtypes = [pointer, u32, pointer, u32]
         self._lib.chain_fault.argtypes = [pointer, *[u32] * 4, ctypes.c_double]
         self.current = Core(self, "trajectory", CONFIGURATIONS["current"])
         self.current._base = CURRENT
@@ -156,6 +161,18 @@ class ChainRtl(DualRtl):
         bits = [axes.get(name, 0) for name in ("lost", "touching", "shorted", "stage")]
         self._lib.chain_fault(self._handle, *bits, volts)
 
+    def sensors(
+        self, stuck: Mapping[int, int] | None = None, drift: ArrayLike = 0.0, broken: int = 0
+    ) -> None:
+        """Faults of the current sensors and windings.
+
+        stuck: phase (0, 1, 2) to bits of axes whose sensor shows no current; drift: what the
+        sensors (5, 3) show too much [A]; broken: bit 5 phase + axis of a phase that is open.
+        """
+        bits = sum(axes << AXES * phase for phase, axes in (stuck or {}).items())
+        more = np.ascontiguousarray(np.broadcast_to(drift, (AXES, 3)), dtype=float)
+        self._lib.chain_sensors(self._handle, bits, more.ctypes.data, broken)
+
     def front(self, name: str, index: int = 0, **fields: int) -> None:
         """Write a register of the front-end by its fields, the others 0."""
         word = REGMAP.registers[name].word(**fields)
@@ -166,9 +183,18 @@ class ChainRtl(DualRtl):
         return self.read_word(FRONT_END + REGMAP.address(name) + index)
 
     def status(self) -> dict[str, int]:
-        """Fields of the front-end's STATUS."""
-        word = self.read_front("STATUS")
-        return {name: field.of(word) for name, field in STATUS.items()}
+        """Fields of the front-end's STATUS and CAUSE."""
+        found: dict[str, int] = {}
+        for register, fields in FLAGS.items():
+            word = self.read_front(register)
+            found |= {name: field.of(word) for name, field in fields.items()}
+        return found
+
+
+class GuardedChain(ChainRtl):
+    """`drive_chain` with three current sensors an axis."""
+
+    parameters = MappingProxyType({"ThirdSensor": 1})
 
 
 def compiled_law(drives: Drives, setting: Setting) -> Compiled:

@@ -41,7 +41,7 @@ struct System : DualBench<System, Vdrive_chain> {
   uint32_t gates = 0;               // low 15: high gates; next 15: low gates
   uint32_t shoot_through = 0;       // edges behind which both gates or both switches of a phase are on
   std::deque<Edge> on, off;         // of gates (phase 0..14: high, 15..29: low), on their way to switches
-  double first[kAxes][2] = {}, second[kAxes][2] = {};  // integrators of the modulators
+  double first[kAxes][3] = {}, second[kAxes][3] = {};  // integrators of the modulators
   int64_t start[kAxes] = {};        // counts at reset
   servo::Five force{};              // sum over the bits of a step
   double cosine[kAxes], sine[kAxes];  // of the electrical angle, at the last step
@@ -60,12 +60,14 @@ struct System : DualBench<System, Vdrive_chain> {
   std::deque<servo::Five> travel;   // joints that it moves to, a row a half period
   // faults
   uint32_t lost = 0, touching = 0, shorted = 0;  // bit n: axis n
+  uint32_t stuck = 0, broken = 0;   // bit kAxes * k + n: sensor or phase k of axis n
+  double drift[kAxes][3] = {};      // what sensors show too much [A]
   double volts = 0;
   uint64_t tripped = 0;             // clock in which all gates of an axis that ran were off, 0: none
 
   System() {
     top->a_i = top->b_i = top->z_i = 0;
-    top->bit_a_i = top->bit_b_i = 0;
+    top->bit_a_i = top->bit_b_i = top->bit_c_i = 0;
     top->bus_i = 0;
     top->fault_i = 0;
     begin();
@@ -164,6 +166,11 @@ struct System : DualBench<System, Vdrive_chain> {
       u[k] = servo::terminal(p, high[3 * n + k], low[3 * n + k], volts, current[k], axis.L_q, time);
     servo::space_vector(u, alpha, beta);
     windings[n].advance(axis, alpha, beta, c, s, w, time);
+    for (int k = 0; k < 3; ++k) {
+      if (!(broken >> (kAxes * k + n) & 1)) continue;
+      turned(n, clock, c, s);
+      windings[n].open(axis, k, c, s);
+    }
     behind[n] = clock;
   }
 
@@ -187,23 +194,30 @@ struct System : DualBench<System, Vdrive_chain> {
       (edge.phase < 15 ? high : low)[phase] = edge.on;
       shoot_through += high[phase] && low[phase];
     }
-    uint32_t bits_a = 0, bits_b = 0;
+    uint32_t sensed[3] = {};
     for (int n = 0; n < kAxes; ++n) {
       solve(n, now);
       double c, s;
       turned(n, now, c, s);
       const Axis& axis = p.axis[n];
       const auto current = windings[n].phases(c, s);
-      bits_a |= modulate(n, 0, (current[0] * (1 + axis.gain_a) + axis.offset_a) / p.current_scale) << n;
-      bits_b |= modulate(n, 1, (current[1] * (1 + axis.gain_b) + axis.offset_b) / p.current_scale) << n;
+      // The third sensor has the errors of the second with the other sign.
+      const double gain[3] = {axis.gain_a, axis.gain_b, -axis.gain_b};
+      const double offset[3] = {axis.offset_a, axis.offset_b, -axis.offset_b};
+      for (int k = 0; k < 3; ++k) {
+        const bool dead = stuck >> (kAxes * k + n) & 1;
+        const double shown = dead ? 0 : current[k] * (1 + gain[k]) + offset[k] + drift[n][k];
+        sensed[k] |= modulate(n, k, shown / p.current_scale) << n;
+      }
       force[n] += windings[n].force(axis);
       mean.i_d[n] += windings[n].i_d;
       mean.i_q[n] += windings[n].i_q;
       for (int k = 0; k < 3; ++k) mean.duty[3 * n + k] += high[3 * n + k];
     }
     ++mean_bits;
-    top->bit_a_i = bits_a;
-    top->bit_b_i = bits_b;
+    top->bit_a_i = sensed[0];
+    top->bit_b_i = sensed[1];
+    top->bit_c_i = sensed[2];
     if (++bits == kBits) {
       bits = 0;
       for (double& f : force) f /= kBits;
@@ -354,6 +368,16 @@ void chain_fault(void* handle, uint32_t lost, uint32_t touching, uint32_t shorte
   chain->top->fault_i = stage;
   chain->volts = volts;
   chain->top->bus_i = std::lround(volts / kBusScale);
+}
+
+// Sensors that show no current and phases that are open, bit kAxes * k + n of phase k of axis n; what sensors show
+// too much [A], three an axis.
+void chain_sensors(void* handle, uint32_t stuck, const double* drift, uint32_t broken) {
+  auto* chain = static_cast<System*>(handle);
+  chain->stuck = stuck;
+  chain->broken = broken;
+  for (int n = 0; n < kAxes; ++n)
+    for (int k = 0; k < 3; ++k) chain->drift[n][k] = *drift++;
 }
 
 }  // extern "C"

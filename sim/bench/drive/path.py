@@ -73,6 +73,7 @@ class Chain:
         counts = self.system.place(plant, self.at)
         start_up.configure(self.system, drives, self.setting, counts)
         self.zeros = start_up.measure_offsets(self.system)
+        start_up.guard(self.system, robot, drives, self.setting)
         if angles is None:
             self.angles = start_up.align(self.system, drives, self.setting)
         else:

@@ -49,6 +49,15 @@ struct Windings {
     }
   }
 
+  // Phase k opens: its current is gone, by a voltage of that phase alone. c, s as above, now.
+  void open(const Axis& m, int k, double c, double s) {
+    const double a = k == 0 ? 1 : -0.5, b = k == 0 ? 0 : (k == 1 ? 0.5 : -0.5) * kSqrt3;
+    const double d = a * c + b * s, q = b * c - a * s;
+    const double push = (i_d * d + i_q * q) / (d * d / m.L_d + q * q / m.L_q);
+    i_d -= push * d / m.L_d;
+    i_q -= push * q / m.L_q;
+  }
+
   double force(const Axis& m) const { return 1.5 * m.wave * (m.psi * i_q + (m.L_d - m.L_q) * i_d * i_q); }
 
   std::array<double, 3> phases(double c, double s) const {

@@ -9,6 +9,7 @@ all brakes closed, the link at rest; `recover` clears the faults, and a new star
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -18,8 +19,9 @@ from sim.bench.drive.chain import ChainRtl, current_program, write_constants
 from sim.bench.drive.plant import AXES
 from sim.bench.drive.status import told
 from sim.laws.drive.clocks import CLOCK, HALF_PERIOD
-from sim.laws.drive.current_law import MAGIC, Setting
+from sim.laws.drive.current_law import MAGIC, SLOW_RATE, Setting
 from sim.robot.drives import Drives
+from sim.robot.parameters import Robot
 from sim.robot.records import Counts, Floats
 
 WINDOW = 700  # the currents' windows begin in this clock of a half period
@@ -27,9 +29,16 @@ ALL = (1 << AXES) - 1
 RUN = {f"axis{n}": 2 for n in range(AXES)}  # value of each field of MODE
 DIRECTIONS = (0.0, np.pi, 0.5 * np.pi, 1.5 * np.pi)  # angles of the alignment's currents [rad]
 FAST_FULL_SCALE = 8**3 // 2  # full scale of the fast currents: windows of 2^CONFIG.fast_log2 bits
+FULL_SCALE = SLOW_RATE**3 // 2  # of the sensed currents
 OVERCURRENT = 1.3  # trip level as a share of the greatest i_max
 UNDERVOLTAGE, OVERVOLTAGE = 0.8, 1.15  # trip levels of the bus as shares of U_dc
 CHOPPER_ON, CHOPPER_OFF = 1.1, 1.05  # the brake resistor's levels as shares of U_dc
+MOST_OFFSET = 1 / 128  # largest offset of a current sensor as a share of current_scale
+FOLLOWS = 1 / 64  # size of a current that is enough after a large voltage, share of current_scale
+MOST_SUM = 3 / 128  # largest sum of three sensed currents as a share of current_scale
+REACHED = 0.9  # of the largest voltage: a limit above it would never be reached
+SPARE = 1.4  # of the time for which a current may be small
+MOST_PERSIST = 255  # half periods, of PLAUSIBLE.persist
 SETTLE = 1e-3  # time for the currents to settle after the gates are on [s]
 LEAST_MOVE = 4  # least move of an axis during alignment [counts]
 MOST_OFF = 0.15  # largest residual of the sine fit as a share of the axis' move
@@ -82,6 +91,42 @@ def configure(system: ChainRtl, drives: Drives, setting: Setting, counts: Counts
     recover(system)
 
 
+def guard(system: ChainRtl, robot: Robot, drives: Drives, setting: Setting) -> None:
+    """Guards of the current sensors. Call it after `measure_offsets`, before the gates are on.
+
+    A phase with a large voltage must have a current (`plausible_limits`), and with a third sensor
+    the sum of the currents must be below `MOST_SUM`.
+    """
+    volts, persist = plausible_limits(robot, drives)
+    system.front("PLAUSIBLE", current=round(FOLLOWS * FULL_SCALE), persist=persist)
+    for n, limit in enumerate(volts):
+        system.front("PLAUSIBLE_VOLTAGE", n, size=round(3 * setting.half * limit / drives.U_dc))
+    system.front("CURRENT_SUM", size=round(MOST_SUM * FULL_SCALE))
+
+
+def plausible_limits(robot: Robot, drives: Drives) -> tuple[list[float], int]:
+    """Voltages of a phase [V] from which on its current must follow, 0: never; half periods.
+
+    Without current a phase has the voltage of its motion, at most that of the greatest speed. The
+    limit is in the middle between that and what twice the greatest current takes at rest. While a
+    current changes its sign it is small for 2 `FOLLOWS` L / (limit - motion) at most; the half
+    periods are `SPARE` times as many. Axes whose voltages leave no such limit have none.
+    """
+    speeds = [robot.v_max_leg] * 3 + [robot.v_max_table] * 2
+    small = 2 * FOLLOWS * drives.current_scale
+    limits, periods = [], [1]
+    for motor, speed in zip(drives.motors, speeds, strict=True):
+        motion, most = speed * motor.wave * motor.psi, 2 * motor.R * motor.i_max
+        limit = (motion + most) / 2
+        late = math.inf
+        if motion < most and limit < REACHED * drives.U_dc / math.sqrt(3):
+            late = SPARE * small * motor.L_q / (limit - motion) / (HALF_PERIOD * CLOCK)
+        fits = late <= MOST_PERSIST
+        limits.append(limit if fits else 0.0)
+        periods += [math.ceil(late)] if fits else []
+    return limits, max(periods)
+
+
 def recover(system: ChainRtl) -> None:
     """Clear what has tripped. Raises StartUpError if a cause is still there."""
     system.current.clear()
@@ -118,8 +163,17 @@ def sense(system: ChainRtl, windows: int) -> NDArray[np.float64]:
 
 
 def measure_offsets(system: ChainRtl, windows: int = 32) -> NDArray[np.float64]:
-    """Mean samples (5, 2) of the currents with all gates off [counts], written to the program."""
+    """Mean samples (5, 2) of the currents with all gates off [counts], written to the program.
+
+    Raises StartUpError for a sensor whose offset is above `MOST_OFFSET`.
+    """
     zeros = sense(system, windows).mean(axis=0)
+    for n, k in zip(*np.nonzero(np.abs(zeros) > MOST_OFFSET * FULL_SCALE), strict=True):
+        raise StartUpError(
+            f"axis {n + 1}, current {'ab'[k]} without gates: {zeros[n, k] / FULL_SCALE:.2%} of "
+            f"the sensor's full scale, at most {MOST_OFFSET:.2%}; check the sensor, and that no "
+            "current flows"
+        )
     write_zeros(system, zeros)
     return zeros
 

@@ -19,6 +19,13 @@ COMMON = {
 }
 """Flags of STATUS that trip every axis: cause and cure."""
 ENCODER = "encoder, both lines changed at once; check its cable, and its speed against ENCODER"
+PLAUSIBLE = (
+    "a phase had voltage and no current; check the cable of the motor, its fuses and the current "
+    "sensors"
+)
+SUM = "the sum of its currents was not 0; check the current sensors, and for a short to earth"
+OF_AXES = {"illegal": ENCODER, "plausible": PLAUSIBLE, "sum": SUM}
+"""Flags of STATUS and CAUSE with a bit for each axis: cause and cure."""
 OWN = (
     "overcurrent or power stage; check winding and electrical angle, R, L_d, L_q of the file, and "
     "whether the tracking law is stable"
@@ -31,16 +38,20 @@ def named(axes: int) -> str:
 
 
 def told(status: Mapping[str, int]) -> str:
-    """Axes that have tripped, causes and cures; '' without a fault. status: fields of STATUS.
+    """Axes that have tripped, causes and cures; '' without a fault. status: fields of STATUS and
+    CAUSE.
 
-    A cause of all axes hides what else an axis may have, but for its encoder. Overcurrent and power
+    A cause of all axes hides what else an axis may have, except `OF_AXES`. Overcurrent and power
     stage of an axis set no flag: they are what is left.
     """
-    trip, illegal = status["trip"], status["illegal"]
+    trip, flagged = status["trip"], 0
     causes = [f"{name}: {text}" for name, text in COMMON.items() if status[name]]
-    own = 0 if causes else trip & ~illegal
-    if illegal:
-        causes.append(f"{named(illegal)}: {ENCODER}")
+    common = bool(causes)
+    for name, text in OF_AXES.items():
+        if status[name]:
+            causes.append(f"{named(status[name])}: {text}")
+            flagged |= status[name]
+    own = 0 if common else trip & ~flagged
     if own:
         causes.append(f"{named(own)}: {OWN}")
     if not causes:

@@ -21,6 +21,8 @@ from sim.laws.prove_program import BATCH, draw_ticks
 def separate(compiled: Compiled) -> Compiled:
     """The program whose multiply-adds are a product and a sum."""
     graph, law, options = unfused(compiled.graph), compiled.law, compiled.options
+    if compiled.plan is not None:
+        return dataclasses.replace(compiled, graph=graph)
     machine = load_machine(options.configuration)
     places = choose_places(graph, law, machine, options.constants, options.registers)
     return dataclasses.replace(compiled, graph=graph, text=emit(graph, law, machine, places))
@@ -64,6 +66,8 @@ def prove_c(compiled: Compiled, count: int, seed: int) -> str:
         for begin in range(0, count, BATCH):
             size = min(BATCH, count - begin)
             inputs, states = draw_ticks(compiled.law, size, rng)
+            blank = (name for name, _ in law.words["states"] if name not in states)
+            states |= {name: np.zeros(1, np.float32) for name in blank}
             ran = law.run(inputs, states)
             difference = first_difference(form, ran, inputs, states, law.sine)
             if difference:

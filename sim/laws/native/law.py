@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from asip_asm.c_image import identifier
 from asip_asm.files import replaced, write_text
-from asip_asm.model.c_code import struct_members, to_c_code
+from asip_asm.model.c_code import to_c_code, words_of
 from asip_asm.model.compiler import Compiled
 from asip_asm.model.exact import Array
 from asip_asm.project import BUILD
@@ -82,7 +82,7 @@ class NativeLaw:
     """
 
     def __init__(self, compiled: Compiled, fused: bool = True, flags: tuple[str, ...] = FLAGS):
-        self.words = struct_members(compiled.law)
+        self.words = words_of(compiled)
         prefix = identifier(compiled.law.title) or "law"
         defines = (f"-DLAW={prefix}", '-DLAW_HEADER="law.tick.h"',
                    f"-D{prefix.upper()}_FUSED={int(fused)}")  # fmt: skip

@@ -17,6 +17,7 @@ REGMAP = RegisterMap(
                 bit_clocks=(4, 6),
                 fast_log2=(12, 4),
                 slow_log2=(16, 4),
+                third_sensor=20,
                 least_dead_time=(24, 8),
             ),
         ),
@@ -80,5 +81,13 @@ REGMAP = RegisterMap(
         RegisterRecord("ILLEGAL", 56, "r", count=8),
         RegisterRecord("ORIGIN", 64, "rw", reset=0, count=8),
         RegisterRecord("CHOPPER", 72, "rw", reset=0, fields=bit_fields(on=(0, 16), off=(16, 16))),
+        RegisterRecord("CURRENT_SUM", 73, "rw", reset=0, fields=bit_fields(size=(0, 20))),
+        RegisterRecord("CAUSE", 74, "r", fields=bit_fields(plausible=(0, 8), sum=(8, 8))),
+        RegisterRecord(
+            "PLAUSIBLE", 75, "rw", reset=0, fields=bit_fields(current=(0, 16), persist=(16, 8))
+        ),
+        RegisterRecord(
+            "PLAUSIBLE_VOLTAGE", 80, "rw", reset=0, fields=bit_fields(size=(0, 14)), count=8
+        ),
     ),
 )

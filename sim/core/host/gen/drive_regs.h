@@ -30,6 +30,9 @@ extern "C" {
 #define DRIVE__CSR__CONFIG__SLOW_LOG2_bm 0xf0000
 #define DRIVE__CSR__CONFIG__SLOW_LOG2_bp 16
 #define DRIVE__CSR__CONFIG__SLOW_LOG2_bw 4
+#define DRIVE__CSR__CONFIG__THIRD_SENSOR_bm 0x100000
+#define DRIVE__CSR__CONFIG__THIRD_SENSOR_bp 20
+#define DRIVE__CSR__CONFIG__THIRD_SENSOR_bw 1
 #define DRIVE__CSR__CONFIG__LEAST_DEAD_TIME_bm 0xff000000
 #define DRIVE__CSR__CONFIG__LEAST_DEAD_TIME_bp 24
 #define DRIVE__CSR__CONFIG__LEAST_DEAD_TIME_bw 8
@@ -239,6 +242,36 @@ extern "C" {
 #define DRIVE__CSR__CHOPPER__OFF_bw 16
 #define DRIVE__CSR__CHOPPER__OFF_reset 0x0
 
+// reg - drive::csr::CURRENT_SUM
+#define DRIVE__CSR__CURRENT_SUM__SIZE_bm 0xfffff
+#define DRIVE__CSR__CURRENT_SUM__SIZE_bp 0
+#define DRIVE__CSR__CURRENT_SUM__SIZE_bw 20
+#define DRIVE__CSR__CURRENT_SUM__SIZE_reset 0x0
+
+// reg - drive::csr::CAUSE
+#define DRIVE__CSR__CAUSE__PLAUSIBLE_bm 0xff
+#define DRIVE__CSR__CAUSE__PLAUSIBLE_bp 0
+#define DRIVE__CSR__CAUSE__PLAUSIBLE_bw 8
+#define DRIVE__CSR__CAUSE__SUM_bm 0xff00
+#define DRIVE__CSR__CAUSE__SUM_bp 8
+#define DRIVE__CSR__CAUSE__SUM_bw 8
+
+// reg - drive::csr::PLAUSIBLE
+#define DRIVE__CSR__PLAUSIBLE__CURRENT_bm 0xffff
+#define DRIVE__CSR__PLAUSIBLE__CURRENT_bp 0
+#define DRIVE__CSR__PLAUSIBLE__CURRENT_bw 16
+#define DRIVE__CSR__PLAUSIBLE__CURRENT_reset 0x0
+#define DRIVE__CSR__PLAUSIBLE__PERSIST_bm 0xff0000
+#define DRIVE__CSR__PLAUSIBLE__PERSIST_bp 16
+#define DRIVE__CSR__PLAUSIBLE__PERSIST_bw 8
+#define DRIVE__CSR__PLAUSIBLE__PERSIST_reset 0x0
+
+// reg - drive::csr::PLAUSIBLE_VOLTAGE
+#define DRIVE__CSR__PLAUSIBLE_VOLTAGE__SIZE_bm 0x3fff
+#define DRIVE__CSR__PLAUSIBLE_VOLTAGE__SIZE_bp 0
+#define DRIVE__CSR__PLAUSIBLE_VOLTAGE__SIZE_bw 14
+#define DRIVE__CSR__PLAUSIBLE_VOLTAGE__SIZE_reset 0x0
+
 // regfile - drive::csr
 typedef struct __attribute__ ((__packed__)) {
     uint32_t ID;
@@ -265,6 +298,11 @@ typedef struct __attribute__ ((__packed__)) {
     uint32_t ILLEGAL[8];
     uint32_t ORIGIN[8];
     uint32_t CHOPPER;
+    uint32_t CURRENT_SUM;
+    uint32_t CAUSE;
+    uint32_t PLAUSIBLE;
+    uint8_t RESERVED_130_13f[0x10];
+    uint32_t PLAUSIBLE_VOLTAGE[8];
 } drive__csr_t;
 
 // addrmap - drive
