@@ -20,11 +20,11 @@ module ci_faddsub (
 
   // ---- s1: align the operand with the smaller exponent; equal exponents need no shift ----
   // A subnormal number has exponent 0 and twice its significand, so that the exponents need no fixing.
-  logic a_normal, b_normal, b_above, a_larger, swap;
-  logic [7:0] exp_a, exp_b, distance;
+  logic a_normal, b_normal, b_above, a_larger, swap, far;
+  logic [7:0] exp_a, exp_b;
+  logic [7:2] distance;  // the lower two bits are used before it is known
   logic [8:0] a_minus_b;  // S(8.0)
   logic [23:0] sig_a, sig_b;  // U(1.23)
-  logic [24:0] moved;  // U(1.24)
   assign exp_a     = dataa_i[30:23];
   assign exp_b     = datab_i[30:23];
   assign a_normal  = |exp_a;
@@ -34,29 +34,37 @@ module ci_faddsub (
   assign a_minus_b = {1'b0, exp_a} - {1'b0, exp_b};
   // If b is above, the complement is one less than the distance: sig_a has moved by that one.
   assign b_above   = a_minus_b[8];
-  assign distance  = a_minus_b[7:0] ^ {8{b_above}};
-  assign moved     = b_above ? {1'b0, sig_a} : {sig_b, 1'b0};
+  assign distance  = a_minus_b[7:2] ^ {6{b_above}};
   assign a_larger  = dataa_i[30:0] >= datab_i[30:0];
   // At equal exponents the larger significand goes first, so that no difference is negative.
   assign swap      = !a_larger && !b_above;
+  assign far       = |distance[7:5];
 
-  logic [31:0] aligned;  // U(1.31): distances up to 31 leave 26 bits and a sticky
-  logic lost, far;
+  // Whether a significand, U(1.24), loses a one when it moves right by `places` and 26 bits are left.
+  function automatic logic loses(input logic [24:0] value, input logic [7:0] places);
+    logic [27:0] bits;  // bit i is lost from i places on
+    logic some, part;
+    bits = {1'b0, value, 2'b00};
+    loses = 1'b0;
+    for (int g = 0; g < 7; g++) begin
+      some = |bits[4*g+:4];
+      part = bits[4*g] || (bits[4*g+1] && places[1:0] != 2'd0) ||
+             (bits[4*g+2] && places[1]) || (bits[4*g+3] && places[1:0] == 2'd3);
+      loses = loses || (some && places[7:2] > 6'(g)) || (part && places[7:2] == 6'(g));
+    end
+  endfunction
+
+  // The sign of the difference comes last: both ways are ready as far as they do not depend on it.
+  logic [25:0] near_a, near_b, near, aligned;  // U(1.25)
+  logic lost;
   logic [26:0] minor;  // |24 bits|guard|round|sticky|, U(1.26)
-  assign far = |distance[7:5];
-  fp_shift_right #(
-      .Width(32),
-      .AmountWidth(5),
-      .WidestFirst(1'b0)
-  ) u_align (
-      .value_i ({moved, 7'd0}),
-      .amount_i(distance[4:0]),
-      .value_o (aligned),
-      .sticky_o(lost)
-  );
+  assign near_b  = {sig_b, 2'b00} >> a_minus_b[1:0];
+  assign near_a  = {1'b0, sig_a, 1'b0} >> ~a_minus_b[1:0];
+  assign near    = b_above ? near_a : near_b;
+  assign aligned = near >> {distance[4:2], 2'b00};
+  assign lost    = b_above ? loses({1'b0, sig_a}, ~a_minus_b[7:0]) : loses({sig_b, 1'b0}, a_minus_b[7:0]);
   always_comb begin
-    minor[26:1] = aligned[31:6] & {26{!far}};
-    minor[0]    = far ? (|moved) : (lost || (|aligned[5:0]));
+    minor = {aligned & {26{!far}}, lost};
     if (swap) minor = {sig_a, 3'd0};
   end
 
@@ -83,23 +91,43 @@ module ci_faddsub (
   // The sticky bit takes part in the subtraction: a difference that loses more than one leading bit
   // has operands less than two places apart and so no sticky bit.
   logic [27:0] sum, room, coarse;  // U(2.26)
-  logic [4:0] zeros;
-  logic unused_empty, zero;
+  logic zero;
   assign sum = {1'b0, large_s1_q, 3'd0} + {subtract_s1_q, minor_s1_q} + {27'd0, subtract_s1_q};
   // The bit that would be the leading one at the least exponent: left shifts stop there.
   always_comb begin
     for (int i = 0; i < 28; i++) room[27-i] = exp_s1_q == 8'(i);
   end
-  fp_lzc #(
-      .CountWidth(5)
-  ) u_lzc (
-      .value_i({sum | room, 4'd0}),
-      .count_o(zeros),
-      .zero_o (unused_empty)
-  );
+  // The leading one is in the first of seven groups of four bits that is not empty. Groups 6 to 3 are
+  // the upper half. Every group counts its own zeros meanwhile.
+  logic [6:1] filled;
+  logic [6:0][1:0] leading;  // zeros of a group before its first one
+  logic upper;
+  logic [1:0] skip_upper, skip_lower, bits_upper, bits_lower;  // empty groups; zeros of the next one
+  logic [4:0] zeros;
   always_comb begin
-    coarse = sum;
-    for (int k = 4; k >= 2; k--) if (zeros[k]) coarse = coarse << (1 << k);
+    for (int g = 0; g < 7; g++) begin
+      if (g != 0) filled[g] = (|sum[4*g+:4]) || exp_s1_q[7:2] == 6'(6 - g);
+      casez (sum[4*g+:4] | room[4*g+:4])
+        4'b1???: leading[g] = 2'd0;
+        4'b01??: leading[g] = 2'd1;
+        4'b001?: leading[g] = 2'd2;
+        default: leading[g] = 2'd3;
+      endcase
+    end
+    upper = |filled[6:3];
+    casez (filled[6:4])
+      3'b1??:  {skip_upper, bits_upper} = {2'd0, leading[6]};
+      3'b01?:  {skip_upper, bits_upper} = {2'd1, leading[5]};
+      3'b001:  {skip_upper, bits_upper} = {2'd2, leading[4]};
+      default: {skip_upper, bits_upper} = {2'd3, leading[3]};
+    endcase
+    casez (filled[2:1])
+      2'b1?:   {skip_lower, bits_lower} = {2'd0, leading[2]};
+      2'b01:   {skip_lower, bits_lower} = {2'd1, leading[1]};
+      default: {skip_lower, bits_lower} = {2'd2, leading[0]};
+    endcase
+    zeros = upper ? {1'b0, skip_upper, bits_upper} : {1'b1, skip_lower, bits_lower};
+    coarse = upper ? sum << {skip_upper, 2'b00} : {sum[11:0], 16'd0} << {skip_lower, 2'b00};
   end
   assign zero = !(|sum);
 

@@ -21,27 +21,48 @@ module ci_fmul (
   // A subnormal operand enters without hidden bit. {product, 10 zeros} >> shift leaves U(2.25), and
   // 31 keeps the place; less restores the zeros that a subnormal operand brought, as far as the
   // exponent has room; more denormalises; from 58 on only the sticky bit is left.
-  logic a_normal, b_normal, unused_empty;
-  logic [23:0] sig_a, sig_b, sig_small, stop;
+  logic a_normal, b_normal;
+  logic [23:0] sig_a, sig_b;
   logic [9:0] exp;  // S(10.0): biased exponent of the product, minus one
-  logic [4:0] zeros;
+  logic [4:0] zeros, zeros_a, zeros_b;
   assign a_normal  = |dataa_i[30:23];
   assign b_normal  = |datab_i[30:23];
   assign sig_a     = {a_normal, dataa_i[22:0]};
   assign sig_b     = {b_normal, datab_i[22:0]};
-  assign sig_small = a_normal ? sig_b : sig_a;
   assign exp = {2'b00, dataa_i[30:24], dataa_i[23] || !a_normal}
              + {2'b00, datab_i[30:24], datab_i[23] || !b_normal} - 10'd128;
-  always_comb begin
-    for (int i = 0; i < 24; i++) stop[23-i] = sig_small[23-i] || (exp[8:0] == 9'(i));
-  end
-  fp_lzc #(
-      .CountWidth(5)
-  ) u_lzc (
-      .value_i({stop, 8'd0}),
-      .count_o(zeros),
-      .zero_o (unused_empty)
-  );
+
+  // Zeros before the first one of a subnormal operand, at most what the exponent of the other has
+  // above that of the least product. Groups of four places: the first that is not empty counts.
+  function automatic logic [4:0] restored(input logic [22:0] fraction, input logic [7:0] other);
+    logic [23:0] stop;
+    logic [5:0] filled;
+    logic [5:0][1:0] leading;
+    stop = {1'b0, fraction};
+    for (int i = 0; i < 24; i++) if (other == 8'(127 + i)) stop[23-i] = 1'b1;
+    for (int g = 0; g < 6; g++) begin
+      filled[g] = |stop[4*g+:4];
+      casez (stop[4*g+:4])
+        4'b1???: leading[g] = 2'd0;
+        4'b01??: leading[g] = 2'd1;
+        4'b001?: leading[g] = 2'd2;
+        default: leading[g] = 2'd3;
+      endcase
+    end
+    casez (filled)
+      6'b1?????: restored = {3'd0, leading[5]};
+      6'b01????: restored = {3'd1, leading[4]};
+      6'b001???: restored = {3'd2, leading[3]};
+      6'b0001??: restored = {3'd3, leading[2]};
+      6'b00001?: restored = {3'd4, leading[1]};
+      default:   restored = {3'd5, leading[0]};
+    endcase
+  endfunction
+  assign zeros_a = restored(dataa_i[22:0], datab_i[30:23]);
+  assign zeros_b = restored(datab_i[22:0], dataa_i[30:23]);
+  // Of two subnormal operands the product is denormal, and the zeros do not matter.
+  assign zeros = (zeros_a & {5{!a_normal}}) | (zeros_b & {5{!b_normal}});
+
   logic [47:0] outer, outer_s1_q;  // product = outer + (cross_low + cross_high) * 2^17
   logic [23:0] cross_low, cross_high, cross_low_s1_q, cross_high_s1_q;
   fp_product u_multiply (

@@ -122,7 +122,7 @@ module n2_core #(
   logic live_e;
 
   // ---------------------------------------------------------------- F, D
-  logic fetched_d, valid_d, issue_d, taken_d, branch_d, direct_d, absolute_d, outside_d, interrupt;
+  logic fetched_d, valid_d, issue_d, taken_d, outside_d, interrupt;
   logic [31:0] word_d, immediate_d, read_a_d, read_b_d, a_d, b_d;
   logic [PcWidth-1:0] next_d, other_d;
   logic [TableBits-1:0] index_d, index_e_q, index_m_q;
@@ -188,9 +188,6 @@ module n2_core #(
       .update_m_i  (en && branch_m_q),
       .index_m_i   (index_m_q),
       .counter_m_i (counter_m_q),
-      .branch_d_i  (branch_d),
-      .direct_d_i  (direct_d),
-      .absolute_d_i(absolute_d),
       .valid_d_o   (fetched_d),
       .word_d_o    (word_d),
       .next_d_o    (next_d),
@@ -211,10 +208,7 @@ module n2_core #(
       .interrupt_i     (interrupt && !debug.mask),
       .break_i         (break_d),
       .target_outside_i(outside_d),
-      .decoded_o       (decoded_d),
-      .branch_o        (branch_d),
-      .direct_o        (direct_d),
-      .absolute_o      (absolute_d)
+      .decoded_o       (decoded_d)
   );
 
   n2_regfile u_regfile (

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // n2_decode: instruction word to control signals. Combinational, stage D.
-// Contract: the unconditional transfers br, call, jmpi are done by the fetch unit (direct_o) and leave
+// Contract: the unconditional transfers br, call, jmpi are done by the fetch unit and leave
 // only their link here. An interrupt or a debugger's break replaces the instruction by a fault. A call or jmpi whose target is
 // outside the instruction memory is a fault with the cause of a bad target.
 module n2_decode #(
@@ -12,15 +12,12 @@ module n2_decode #(
     input  logic            interrupt_i,
     input  logic            break_i,           // a break instead of the instruction, before an interrupt
     input  logic            target_outside_i,  // of a call or jmpi
-    output n2_pkg::decoded_t decoded_o,
-    output logic            branch_o,          // conditional, from the word alone
-    output logic            direct_o,          // br, call, jmpi
-    output logic            absolute_o         // call, jmpi
+    output n2_pkg::decoded_t decoded_o
 );
 
   logic [5:0] op, opx;
   logic [4:0] b, c;
-  logic combinational;
+  logic combinational, absolute;
 
   assign op  = instruction_i[5:0];
   assign opx = instruction_i[16:11];
@@ -28,11 +25,7 @@ module n2_decode #(
   assign c   = instruction_i[21:17];
   assign combinational = CiCombinational[instruction_i[13:6]];
 
-  assign absolute_o = op == n2_isa_pkg::OP_CALL || op == n2_isa_pkg::OP_JMPI;
-  assign direct_o   = absolute_o || op == n2_isa_pkg::OP_BR;
-  assign branch_o = op == n2_isa_pkg::OP_BEQ || op == n2_isa_pkg::OP_BNE ||
-                    op == n2_isa_pkg::OP_BGE || op == n2_isa_pkg::OP_BLT ||
-                    op == n2_isa_pkg::OP_BGEU || op == n2_isa_pkg::OP_BLTU;
+  assign absolute = n2_pkg::is_absolute(op);
 
   logic legal, unimplemented, write;
   logic [4:0] dst;
@@ -227,7 +220,7 @@ module n2_decode #(
       d.wrctl  = 1'b0;
     end
 
-    if (break_i || interrupt_i || !legal || unimplemented || (absolute_o && target_outside_i) ||
+    if (break_i || interrupt_i || !legal || unimplemented || (absolute && target_outside_i) ||
         (op == n2_isa_pkg::OP_R &&
          (opx == n2_isa_pkg::OPX_TRAP || opx == n2_isa_pkg::OPX_BREAK))) begin
       d.result = n2_pkg::RsNext;
@@ -240,7 +233,7 @@ module n2_decode #(
       end else if (interrupt_i) d.cause = n2_isa_pkg::CAUSE_INTERRUPT;
       else if (!legal) d.cause = n2_isa_pkg::CAUSE_ILLEGAL;
       else if (unimplemented) d.cause = n2_isa_pkg::CAUSE_UNIMPLEMENTED;
-      else if (absolute_o) d.cause = n2_isa_pkg::CAUSE_TARGET_ADDRESS;
+      else if (absolute) d.cause = n2_isa_pkg::CAUSE_TARGET_ADDRESS;
       else if (opx == n2_isa_pkg::OPX_TRAP) d.cause = n2_isa_pkg::CAUSE_TRAP;
       else begin
         d.breakpoint = 1'b1;

@@ -27,10 +27,6 @@ module n2_fetch #(
     input  logic                    update_m_i,
     input  logic [TableBits-1:0]    index_m_i,
     input  logic [1:0]              counter_m_i,
-    // from the decoder, about the word in D
-    input  logic                    branch_d_i,
-    input  logic                    direct_d_i,
-    input  logic                    absolute_d_i,    // with direct_d_i
     // to D
     output logic                    valid_d_o,
     output logic [31:0]             word_d_o,
@@ -44,6 +40,7 @@ module n2_fetch #(
 
   logic [AddressWidth-1:0] pc_f_q, next_f, next_d_q, target_d, next_pc, relative_d, absolute_d;
   logic valid_f_q, valid_d_q, take_f, take_d, older, relative, absolute, sequential;
+  logic taken_f, taken_d_q, absolute_d_q;
   logic [31:0] word_d_q;
   logic [TableBits-1:0] index_d_q;
   logic [1:0] counter_f_q, counter_d_q;
@@ -56,15 +53,15 @@ module n2_fetch #(
   assign next_f     = pc_f_q + 1'b1;
   assign relative_d = next_d_q + AddressWidth'($signed(word_d_q[21:8]));
   assign absolute_d = word_d_q[6+:AddressWidth];
-  assign target_d   = absolute_d_i ? absolute_d : relative_d;
-  assign taken_d_o  = direct_d_i || (branch_d_i && counter_d_q[1]);
+  assign target_d   = absolute_d_q ? absolute_d : relative_d;
+  assign taken_d_o  = taken_d_q;
   assign other_d_o  = counter_d_q[1] ? next_d_q : target_d;
 
   always_comb begin
     older      = redirect_m_i || jump_e_i;
-    relative   = valid_d_q && taken_d_o && !absolute_d_i && !older;
-    absolute   = valid_d_q && absolute_d_i && !older;
-    sequential = !(valid_d_q && taken_d_o) && !older;
+    relative   = valid_d_q && taken_d_q && !absolute_d_q && !older;
+    absolute   = valid_d_q && absolute_d_q && !older;
+    sequential = !(valid_d_q && taken_d_q) && !older;
     // The sum comes last, so that one gate follows it.
     next_pc = ({AddressWidth{relative}} & relative_d) | ({AddressWidth{sequential}} & next_f) |
               ({AddressWidth{absolute}} & absolute_d) | ({AddressWidth{redirect_m_i}} & target_m_i) |
@@ -83,17 +80,19 @@ module n2_fetch #(
       pc_f_q    <= ResetVector[2+:AddressWidth];
     end else if (take_d) begin
       valid_f_q <= 1'b1;
-      valid_d_q <= valid_f_q && !redirect_m_i && !jump_e_i && !(valid_d_q && taken_d_o);
+      valid_d_q <= valid_f_q && !redirect_m_i && !jump_e_i && !(valid_d_q && taken_d_q);
       pc_f_q    <= next_pc;
     end
   end
 
   always_ff @(posedge clk_i) begin
     if (take_d) begin
-      word_d_q    <= itcm_rdata_i;
-      next_d_q    <= next_f;
-      index_d_q   <= pc_f_q[TableBits-1:0];
-      counter_d_q <= counter_f_q;
+      word_d_q     <= itcm_rdata_i;
+      taken_d_q    <= taken_f;
+      absolute_d_q <= n2_pkg::is_absolute(itcm_rdata_i[5:0]);
+      next_d_q     <= next_f;
+      index_d_q    <= pc_f_q[TableBits-1:0];
+      counter_d_q  <= counter_f_q;
     end
   end
 
@@ -106,6 +105,10 @@ module n2_fetch #(
     if (update_m_i) table_q[index_m_i] <= counter_m_i;
     if (take_f) counter_f_q <= table_q[next_pc[TableBits-1:0]];
   end
+
+  // Transfers are recognised before the word is in D, where they decide the next address.
+  assign taken_f = n2_pkg::is_direct(itcm_rdata_i[5:0]) ||
+                   (n2_pkg::is_branch(itcm_rdata_i[5:0]) && counter_f_q[1]);
 
   assign valid_d_o   = valid_d_q;
   assign word_d_o    = word_d_q;

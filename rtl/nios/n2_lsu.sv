@@ -64,12 +64,12 @@ module n2_lsu #(
   logic buffer_itcm_q, buffer_dtcm_q;
   logic [BufferBits-1:2] buffer_address_q;
   logic [31:0] buffer_wdata_q;
-  logic [3:0] buffer_lanes_q, forward_m;
+  logic [3:0] buffer_lanes_q, forward_m, from_itcm, from_dtcm;
   logic same_m;
   logic signed_m_q, signed_a_q;
   logic [1:0] size_m_q, size_a_q, byte_a_q;
   logic busy_q, read_q, write_q;
-  logic [31:0] raw_m, raw_a_q, avm_address_q, avm_writedata_q;
+  logic [31:0] early, raw, raw_a_q, avm_address_q, avm_writedata_q;
   logic [3:0] avm_byteenable_q;
 
   // Stage E.
@@ -148,10 +148,14 @@ module n2_lsu #(
   assign forward_m = {4{same_m && ((itcm_m_q && buffer_itcm_q) || (dtcm_m_q && buffer_dtcm_q))}} &
                      buffer_lanes_q;
 
+  // What the memories give comes last, so that one gate follows it.
   always_comb begin
     for (int unsigned i = 0; i < 4; i++) begin
-      if (forward_m[i]) raw_m[8*i+:8] = buffer_wdata_q[8*i+:8];
-      else raw_m[8*i+:8] = itcm_m_q ? itcm_rdata_i[8*i+:8] : dtcm_rdata_i[8*i+:8];
+      from_itcm[i] = en_i && itcm_m_q && !forward_m[i];
+      from_dtcm[i] = en_i && !itcm_m_q && !forward_m[i];
+      early[8*i+:8] = !en_i ? avm_readdata_i[8*i+:8] : buffer_wdata_q[8*i+:8] & {8{forward_m[i]}};
+      raw[8*i+:8] = ({8{from_itcm[i]}} & itcm_rdata_i[8*i+:8]) |
+                    ({8{from_dtcm[i]}} & dtcm_rdata_i[8*i+:8]) | early[8*i+:8];
     end
   end
 
@@ -192,8 +196,7 @@ module n2_lsu #(
       signed_a_q       <= signed_m_q;
       byte_a_q         <= address_m_q[1:0];
     end
-    if (en_i) raw_a_q <= raw_m;
-    else if (read_q) raw_a_q <= avm_readdata_i;
+    if (en_i || read_q) raw_a_q <= raw;
   end
 
   assign address_m_o      = address_m_q;

@@ -27,6 +27,22 @@ package n2_pkg;
     ImShift    = 3'd4   // i5
   } immediate_e;
 
+  // Conditional branches.
+  function automatic logic is_branch(input logic [5:0] op);
+    is_branch = op == n2_isa_pkg::OP_BEQ || op == n2_isa_pkg::OP_BNE || op == n2_isa_pkg::OP_BGE ||
+                op == n2_isa_pkg::OP_BLT || op == n2_isa_pkg::OP_BGEU || op == n2_isa_pkg::OP_BLTU;
+  endfunction
+
+  // Transfers to a region of the memory map.
+  function automatic logic is_absolute(input logic [5:0] op);
+    is_absolute = op == n2_isa_pkg::OP_CALL || op == n2_isa_pkg::OP_JMPI;
+  endfunction
+
+  // Transfers without a condition or register.
+  function automatic logic is_direct(input logic [5:0] op);
+    is_direct = is_absolute(op) || op == n2_isa_pkg::OP_BR;
+  endfunction
+
   typedef struct packed {
     // registers
     logic       read_a;
