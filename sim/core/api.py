@@ -25,6 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from asip_asm.assemble import assemble
 from asip_asm.image import Image
+from asip_asm.isa import default_isa
 from sim.core.backends import BACKENDS, Backend, Runs, unknown
 from sim.core.fault import Fault
 
@@ -173,6 +174,16 @@ class Core:
         given = {**(values or {}), **named}
         words = {name: self._word("state", name, self.states, v) for name, v in given.items()}
         self.backend.preset(words)
+
+    def preset_data(self, address: int, values: ArrayLike) -> None:
+        """Words of data memory from an address on as floats, for the next tick."""
+        words = np.asarray(values, np.float32).ravel().view(np.uint32)
+        room = default_isa().data_words
+        if address < 0 or address + len(words) > room:
+            raise CoreError(
+                f"{len(words)} words from address {address} on: data memory has {room} words"
+            )
+        self.backend.write_data(address, words.tolist())
 
     # ------------------------------------------------------------------ ticks
     def tick(

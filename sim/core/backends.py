@@ -59,6 +59,9 @@ class Backend(Protocol):
 
     def preset(self, words: Mapping[str, int]) -> None: ...
 
+    def write_data(self, address: int, words: Sequence[int]) -> None:
+        """Words of data memory from an address on."""
+
     def select(self, image: Image) -> None:
         """Go on with another function of the image loaded (`Image.function`), by its names."""
 
@@ -117,6 +120,10 @@ class RtlBackend:
 
     def preset(self, words: Mapping[str, int]) -> None:
         self.rtl.preset(words)
+
+    def write_data(self, address: int, words: Sequence[int]) -> None:
+        for k, word in enumerate(words, BLOCK["data"] + address):
+            self.rtl.write(k, word)
 
     def read(self, name: str) -> int:
         return self.rtl.read(self._address(name))
@@ -183,6 +190,10 @@ class IssBackend:
 
     def preset(self, words: Mapping[str, int]) -> None:
         self.iss.set_words(words)
+
+    def write_data(self, address: int, words: Sequence[int]) -> None:
+        for k, word in enumerate(words, address):
+            self.iss.write_place(f"d{k}", word)
 
     def read(self, name: str) -> int:
         return self._outputs[name] if name in self._outputs else self.iss.read_bits(name)

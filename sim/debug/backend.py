@@ -93,6 +93,9 @@ class LinkBackend:
         for name, word in words.items():
             self.client.write_register(states[name], word)
 
+    def write_data(self, address: int, words: Sequence[int]) -> None:
+        self.client.write_data(address, words)
+
     def read(self, name: str) -> int:
         address = self._addresses.get(name)
         return self.client.read_word(register_address(name) if address is None else address)

@@ -7,6 +7,8 @@ import argparse
 import sys
 from pathlib import Path
 
+import numpy as np
+
 from asip_asm.c_image import c_files
 from asip_asm.command import command_parser, count, run_command
 from asip_asm.files import open_output, refuse_overwriting
@@ -25,6 +27,8 @@ from asip_asm.model.read import ModelError
 PROG = "microtick mpc"
 CLOCK = 125  # MHz
 TICKS, SEED = 1000, 1
+TIMED = 100_000
+"""Ticks of the C that are timed, one by one."""
 EPILOG = """example:
   microtick mpc quadrotor.toml --prove -o build/quadrotor
 
@@ -135,15 +139,26 @@ def _prove(problem: Problem, built: Built, options: argparse.Namespace) -> int:
 
 
 def _prove_c(built: Built, options: argparse.Namespace) -> bool:
-    """Whether the C has the interpreter's bits on this machine, over consecutive ticks."""
+    """Whether the C has the interpreter's bits on this machine, over consecutive ticks. Prints its
+    time and that of the core too.
+    """
     from sim.laws.native.bits import prove_c
-    from sim.laws.native.law import CompilerError
+    from sim.laws.native.law import CompilerError, NativeLaw
+    from sim.laws.prove_program import draw_ticks
 
     try:
         difference = prove_c(built.compiled, options.ticks, SEED)
+        drawn, _ = draw_ticks(built.compiled.law, options.ticks, np.random.default_rng(SEED))
+        times = NativeLaw(built.compiled).time(drawn, TIMED)
     except CompilerError as error:
         print(f"{PROG}: error: {error}", file=sys.stderr)
         return False
     equal = "bits equal the interpreter's"
     print(f"C on this machine: {difference or equal}")
+    taken = (times.ticks - times.clock) / 1000
+    median, far, worst = np.quantile(taken, (0.5, 0.9999, 1.0))
+    print(
+        f"time of the C, {TIMED} ticks: median {median:.2f} us, 99.99 % {far:.2f} us, worst "
+        f"{worst:.2f} us; the core at {CLOCK} MHz: {built.cycles / CLOCK:.2f} us in every tick"
+    )
     return not difference

@@ -8,6 +8,7 @@
 #include "endless.asip.h"
 #include "other.asip.h"
 #include "record.asip.h"
+#include "table.asip.h"
 #include "sim_bus.h"
 
 #define EXPECT(condition)                                     \
@@ -163,6 +164,20 @@ static int check_plausible(void) {
   return 0;
 }
 
+static int check_data(void) {
+  asip core = {{sim_read32, counting_write32, NULL}, NULL};
+  const uint32_t in[TABLE_INPUTS] = {1}, words[2] = {asip_word(20.0f), asip_word(30.0f)};
+  uint32_t out[TABLE_OUTPUTS];
+  unsigned before;
+  EXPECT(asip_load(&core, &table_image) == ASIP_OK);
+  EXPECT(asip_tick(&core, in, out, 1000) == ASIP_OK && asip_float(out[0]) == 2.0f);
+  before = writes;
+  asip_preset_data(&core, 1, words, 2);
+  EXPECT(writes == before + 2);
+  EXPECT(asip_tick(&core, in, out, 1000) == ASIP_OK && asip_float(out[0]) == 20.0f);
+  return 0;
+}
+
 static int check_memory_bus(void) {
   uint32_t memory[16] = {ASIP__CSR__ID__VALUE_reset};
   asip core = {asip_memory_bus(memory), NULL};
@@ -182,6 +197,7 @@ int main(int argc, char **argv) {
   if (!strcmp(name, "interrupt")) return check_interrupt();
   if (!strcmp(name, "no_record")) return check_no_record();
   if (!strcmp(name, "plausible")) return check_plausible();
+  if (!strcmp(name, "data")) return check_data();
   if (!strcmp(name, "memory_bus")) return check_memory_bus();
   printf("no check '%s'\n", name);
   return 2;

@@ -78,6 +78,16 @@ def test_state__preset__next_tick_starts_from_it(core):
     assert core.tick(count=101)["out"] == 2.25
 
 
+def test_data_memory__preset__next_tick_reads_it(core):
+    core.preset_data(1, [21.5, 32.5])
+    assert core.tick(x=1.0)["looked"] == 21.5
+    assert core.tick(x=4.0)["looked"] == 32.5
+    assert core.tick(x=9.0)["looked"] == 40.0 and core.tick(x=0.0)["looked"] == 10.0
+    for address, count in ((-1, 1), (1023, 2)):
+        with pytest.raises(CoreError, match=f"{count} words from address {address} on: .* 1024"):
+            core.preset_data(address, [0.0] * count)
+
+
 def test_words__raw_bits__same_as_the_value(core):
     core.set_words(x=0x41100000, count=0xFFFFFFFE)
     assert core.tick() == {"out": -3.0, "looked": 40.0}

@@ -40,6 +40,15 @@ RECORD = """\
         halt
 """
 
+TABLE = """\
+.program "table"
+.input i : int
+.data words = 1.0, 2.0, 3.0
+.output F, safe = 1.5
+        ld F, words[i]
+        halt
+"""
+
 
 def build(
     folder: Path, configuration: str, main: Path, images: dict[str, str], resilience: int = 0
@@ -73,10 +82,11 @@ def demo(request, tmp_path_factory):
 def build_checks(folder: Path, configuration: str, resilience: int = 0) -> Path:
     """Executable of driver_checks.c."""
     (other,) = set(CONFIGURATIONS) - {configuration}
-    image, record = (assembled(text, configuration, optimise=True) for text in (ENDLESS, RECORD))
+    texts = (ENDLESS, RECORD, TABLE)
+    image, record, table = (assembled(text, configuration, optimise=True) for text in texts)
     wrong = assembled(ENDLESS, other, optimise=True)
     wrong.title = "other"
-    images = {"endless": image, "other": wrong, "record": record}
+    images = {"endless": image, "other": wrong, "record": record, "table": table}
     headers = {f"{name}.asip.h": to_c(each) for name, each in images.items()}
     return build(folder, configuration, CHECKS, headers, resilience)
 
@@ -131,7 +141,7 @@ def test_demo__nan_input__not_finite_and_safe_outputs__cleared__good_run(demo):
 
 
 @pytest.mark.parametrize(
-    "name", ["absent", "wrong", "timeout", "interrupt", "memory_bus", "no_record"]
+    "name", ["absent", "wrong", "timeout", "interrupt", "data", "memory_bus", "no_record"]
 )
 def test_driver__off_the_good_run(name, checks):
     assert execute(checks, name) == (0, [])

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 from pathlib import Path
 
 import pytest
@@ -75,13 +77,21 @@ def test_loops_are_loops(tmp_path):
 
 
 def test_command_writes_and_proves_the_c(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(mpc, "TIMED", 200)
     stem = tmp_path / "out" / "cart"
     given = [str(cart(tmp_path)), "--c", "--prove", "--ticks", "20", "--states", "10"]
     assert mpc.main([*given, "-o", str(stem)]) == 0
-    assert "C on this machine: bits equal the interpreter's\nproved\n" in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert "C on this machine: bits equal the interpreter's\ntime of the C, 200 ticks" in out
+    pattern = (
+        r"median ([\d.]+) us, 99.99 % ([\d.]+) us, worst ([\d.]+) us; .*: ([\d.]+) us in every"
+    )
+    median, far, worst, core = map(float, re.findall(pattern, out)[0])
+    assert 0 < median <= far <= worst and out.endswith("proved\n")
+    assert abs(core - json.loads(Path(f"{stem}.asip.json").read_text())["cycles"] / 125) < 0.01
     assert '#include "cart.tick.h"' in Path(f"{stem}.tick.c").read_text(encoding="utf-8")
     assert "float slot[" in Path(f"{stem}.tick.h").read_text(encoding="utf-8")
     monkeypatch.setattr("sim.laws.native.bits.prove_c", lambda *given: "force, tick 0: got 1")
     assert mpc.main([*given, "-o", str(stem)]) == 1
     out = capsys.readouterr().out
-    assert "C on this machine: force, tick 0: got 1\nNOT proved\n" in out
+    assert "C on this machine: force, tick 0: got 1\n" in out and out.endswith("NOT proved\n")

@@ -13,7 +13,9 @@ import pytest
 
 from asip_asm.model.mpc_bound import input_bounds
 from asip_asm.model.mpc_problem import Problem, drawn, load_problem
+from asip_asm.model.mpc_warm import warm_words
 from asip_asm.model.read import ModelError
+from sim.core.api import Core
 from sim.laws import mpc
 from sim.laws.mpc_flight import fly_core, fly_reference, quadrotor_problem
 from sim.laws.mpc_proof import TICKS, prove_mpc
@@ -78,6 +80,60 @@ def test_program_in_lanes_has_the_interpreters_bits_and_the_doubles_values(refer
     proof = prove_mpc(problem, built.compiled, built.image, 2 * TICKS, SEED, "iss")
     assert proof.passed, proof.lines()
     assert proof.warm_error < 1e-5
+
+
+@pytest.mark.parametrize("reference", ["none", "point", "trajectory"])
+@pytest.mark.parametrize("configuration", ["stream", "wide"])
+def test_tick_begins_from_the_plan_of_the_host(configuration, reference, tmp_path):
+    problem = load_problem(cart(tmp_path, ('"trajectory"', f'"{reference}"')))
+    built, _ = mpc.build_mpc(problem, tmp_path / "cart.s", configuration)
+    (n, m, steps), rng = problem.sizes, np.random.default_rng(SEED)
+    states, inputs, window = (rng.uniform(-1.8, 1.8, (steps, size)) for size in (n, m, n))
+    held = [rng.uniform(-0.2, 0.2, (steps, size)) for size in (n, m)]
+    solver = Reference(problem, 1)
+    plan = np.hstack((inputs.ravel(), states.ravel()))
+    total = np.clip(plan, solver.low, solver.high) + np.hstack(
+        [each.ravel() for each in held[::-1]]
+    )
+    solver.v[0] = np.clip(total, solver.low, solver.high) * solver.boxed
+    solver.multiplier[0] = (total - solver.v[0]) * solver.boxed
+    x, wanted = rng.uniform(-1, 1, (2, 1, n))
+    names, values = problem.states, dict(zip(problem.states, x[0], strict=True))
+    if reference != "none":
+        values |= dict(zip([f"{name}_ref" for name in names], wanted[0], strict=True))
+    if reference == "trajectory":
+        solver.window[0, 1:] = window[:-1]
+    given = (window if reference == "trajectory" else None, (held[0], held[1]))
+    words = warm_words(problem, configuration, states, inputs, *given)
+    assert len(words) == sum(int(size) for size in _spaces(built))
+    with Core(built.image, backend="iss") as core:
+        cold = core.tick(values)
+        core.preset_data(0, words)
+        got = core.tick(values)
+    u = solver.tick(x, wanted if reference != "none" else None)
+    assert np.abs([got[name] for name in problem.inputs] - u["u"][0]).max() < 1e-5
+    assert abs(got["dual_residual"] - u["dual"][0]) < 1e-5
+    assert max(abs(got[name] - cold[name]) for name in problem.inputs) > 1e-4
+
+
+def _spaces(built) -> list[str]:
+    return re.findall(r"^\.space \w+, (\d+)$", built.compiled.text, re.M)
+
+
+@pytest.mark.parametrize("change", [{"states": 5}, {"inputs": 0}, {"window": 1}, {"bad": 0}])
+def test_plan_of_another_shape_is_refused(change, cart_problem):
+    n, m, steps = cart_problem.sizes
+    count = {"states": steps, "inputs": steps, "window": steps} | change
+    arrays = [np.zeros((count[name], size)) for name, size in
+              zip(("states", "inputs", "window"), (n, m, n), strict=True)]  # fmt: skip
+    name = next(iter(change))
+    if name == "bad":
+        arrays[0][1, 1], name = np.nan, "states"
+    with pytest.raises(ModelError, match=f"{name} of shape .*: give 6 steps of 2 finite numbers"):
+        warm_words(cart_problem, "wide", *arrays)
+    point = replace(cart_problem, reference="point")
+    with pytest.raises(ModelError, match="reference = 'point' has no window"):
+        warm_words(point, "wide", *(np.zeros((steps, size)) for size in (n, m, n)))
 
 
 @pytest.mark.parametrize("configuration", ["stream", "wide"])

@@ -95,6 +95,11 @@ void asip_preset_state(const asip *core, unsigned state, uint32_t word) {
   write32(core, ASIP_WORD(registers) + core->image->states[state].address, word);
 }
 
+void asip_preset_data(const asip *core, uint32_t address, const uint32_t *words, uint32_t count) {
+  uint32_t i;
+  for (i = 0; i < count; i++) write32(core, ASIP_WORD(data) + address + i, words[i]);
+}
+
 void asip_set_inputs(const asip *core, const uint32_t *words) {
   uint32_t i;
   for (i = 0; i < core->image->input_count; i++) {

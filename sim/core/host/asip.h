@@ -126,6 +126,9 @@ void asip_preset_states(const asip *core);
 /* Write one state register by its number in the image, for instance the first encoder counts. */
 void asip_preset_state(const asip *core, unsigned state, uint32_t word);
 
+/* Write words of data memory from an address on, for instance a plan to begin with. */
+void asip_preset_data(const asip *core, uint32_t address, const uint32_t *words, uint32_t count);
+
 /* Write all inputs in the order of the program. */
 void asip_set_inputs(const asip *core, const uint32_t *words);
 
