@@ -124,12 +124,12 @@ def terminal(
 
 
 def test_leg__diodes_carry_against_the_current_in_the_dead_time(header):
-    """The plant takes the slope of the drop for the switches only, not for the diodes."""
+    """A diode has the drop of a switch, and its slope."""
     drop = DRIVES.drop + DRIVES.drop_resistance * 2
     assert terminal(header, True, False, 2.0) == 280 - drop
     assert terminal(header, False, True, 2.0) == -280 - drop
-    assert terminal(header, False, False, 2.0) == -280 - DRIVES.drop
-    assert terminal(header, False, False, -2.0) == 280 + DRIVES.drop
+    assert terminal(header, False, False, 2.0) == -280 - drop
+    assert terminal(header, False, False, -2.0) == 280 + drop
     assert terminal(header, False, False, 0.0) == 0
     # In a millisecond the current of 2 A is gone: what it takes is less than the bus.
     taken = 2.0 * DRIVES.motors[0].L_q / 1e-3

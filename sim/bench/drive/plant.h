@@ -183,7 +183,8 @@ class Mechanics {
 // its current is gone.
 inline double terminal(const Parameters& p, bool high, bool low, double bus, double current, double inductance,
                        double time) {
-  const double drop = std::copysign(p.drop, current) + p.drop_resistance * current, most = bus / 2 + p.drop;
+  const double drop = std::copysign(p.drop, current) + p.drop_resistance * current;
+  const double most = bus / 2 + std::fabs(drop);
   if (high) return bus / 2 - drop;
   if (low) return -bus / 2 - drop;
   return std::clamp(-current * inductance / time, -most, most);
