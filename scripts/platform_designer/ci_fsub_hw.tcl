@@ -24,8 +24,6 @@ proc add_sources {entity} {
   set root [file join [get_module_property MODULE_DIRECTORY] .. ..]
   foreach path {
     rtl/fpu/fp_pkg.sv
-    rtl/fpu/fp_shift_right.sv
-    rtl/fpu/fp_lzc.sv
     rtl/fpu/fp_round.sv
     rtl/custom/ci_faddsub.sv
     rtl/custom/ci_fsub.sv
