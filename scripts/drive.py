@@ -44,7 +44,7 @@ BLOCKS = (
         "current_sum",
     ),
     *("pwm_carrier", "pwm_bound", "pwm_phase", "pwm_bridge", "servo_link"),
-    *("drive_plausible", "drive_front_end"),
+    *("drive_plausible", "index_check", "drive_front_end"),
 )
 LUTS, MHZ, SEEDS = 700, 125, (1, 2, 3)
 LATENCY_US = 1.5

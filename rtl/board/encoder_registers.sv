@@ -47,6 +47,7 @@ module encoder_registers #(
     for (i = 0; i < 8; i++) begin : gen_axis
       if (i < Axes) begin : gen_decoder
         logic [31:0] position, index_position, edge_time, status;
+        logic unused_passes;
         logic [7:0] illegal_count;
         logic index, illegal;
 
@@ -63,6 +64,7 @@ module encoder_registers #(
             .edge_time_o     (edge_time),
             .index_o         (index),
             .index_position_o(index_position),
+            .passes_o        (unused_passes),
             .illegal_o       (illegal),
             .illegal_count_o (illegal_count)
         );

@@ -11,5 +11,6 @@ rtl/drive/pwm_phase.sv
 rtl/drive/pwm_bridge.sv
 rtl/drive/drive_axis.sv
 rtl/drive/drive_plausible.sv
+rtl/drive/index_check.sv
 rtl/drive/servo_link.sv
 rtl/drive/drive_front_end.sv

@@ -23,6 +23,7 @@ module drive_axis #(
     output logic [31:0]                        edge_time_o,
     output logic                               index_o,
     output logic signed [31:0]                 index_position_o,
+    output logic                               passes_o,
     output logic                               illegal_o,
     output logic [7:0]                         illegal_count_o,
     // currents, and sinc3_timing
@@ -76,6 +77,7 @@ module drive_axis #(
       .edge_time_o,
       .index_o,
       .index_position_o,
+      .passes_o,
       .illegal_o,
       .illegal_count_o
   );

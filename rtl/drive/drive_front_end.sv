@@ -8,7 +8,7 @@
 // below GUARD.bus or above BUS_LIMIT trips every axis. Bus voltage: bus_i, signed; gates are off after the
 // third clock edge that sees it outside. chopper_o follows one edge after bus_i: on above CHOPPER.on, off
 // below CHOPPER.off; trips do not change it. Guards of the sensors, each off after a reset: drive_plausible
-// looks at the values of the link, current_sum at a third sensor. position_o is POSITION + ORIGIN.
+// looks at the values of the link, current_sum at a third sensor, index_check at the encoder. position_o is POSITION + ORIGIN.
 module drive_front_end #(
     parameter int unsigned Axes          = 5,   // 1..8
     parameter int unsigned ClocksPerBit  = 6,
@@ -85,7 +85,9 @@ module drive_front_end #(
   logic [7:0] follow_persist_q;
   logic [(Width+2)*Axes-1:0] follow_voltage_q;
   logic signed [SlowWidth-1:0] follow_a, follow_b;
-  logic [Axes-1:0] running, lost, sum_over;
+  logic [Axes-1:0] running, lost, sum_over, passes, index_lost;
+  logic [24*Axes-1:0] index_distance_q;
+  logic [8*Axes-1:0] index_tolerance_q;
   logic [31:0] cause_word;
   logic up, load, window;
   logic strobe, fast_valid, done, sampled_q;
@@ -238,6 +240,7 @@ module drive_front_end #(
     guard_word[drive_regmap_pkg::GUARD_ENCODER_LSB]              = guard_encoder_q;
     cause_word[drive_regmap_pkg::CAUSE_PLAUSIBLE_LSB+:8]         = 8'(lost);
     cause_word[drive_regmap_pkg::CAUSE_SUM_LSB+:8]               = 8'(sum_over);
+    cause_word[drive_regmap_pkg::CAUSE_INDEX_LOST_LSB+:8]        = 8'(index_lost);
   end
 
   // An OR of values of which one at most is not 0 is smaller than a case.
@@ -267,6 +270,8 @@ module drive_front_end #(
           | shown(reads[drive_regmap_pkg::REG_EDGE_TIME + Index'(i)], edge_time[32*i+:32])
           | shown(reads[drive_regmap_pkg::REG_INDEX + Index'(i)], index_position[32*i+:32])
           | shown(reads[drive_regmap_pkg::REG_ORIGIN + Index'(i)], origin_q[32*i+:32])
+          | shown(reads[drive_regmap_pkg::REG_INDEX_DISTANCE + Index'(i)],
+                  {index_tolerance_q[8*i+:8], index_distance_q[24*i+:24]})
           | shown(reads[drive_regmap_pkg::REG_PLAUSIBLE_VOLTAGE + Index'(i)],
                   32'(follow_voltage_q[(Width+2)*i+:Width+2]))
           | shown(reads[drive_regmap_pkg::REG_CURRENT_A + Index'(i)], current_a[32*i+:32])
@@ -348,6 +353,7 @@ module drive_front_end #(
           .edge_time_o     (edge_time[32*axis+:32]),
           .index_o         (index[axis]),
           .index_position_o(index_position[32*axis+:32]),
+          .passes_o        (passes[axis]),
           .illegal_o       (illegal[axis]),
           .illegal_count_o (illegal_count[8*axis+:8]),
           .bit_a_i         (bit_a_i[axis]),
@@ -374,7 +380,7 @@ module drive_front_end #(
           .value_i         (bounded),
           .commit_i        (commit_q[1]),
           .fault_i         (fault_i[axis]),
-          .alarm_i         (alarm || (illegal[axis] && guard_encoder_q) || lost[axis]),
+          .alarm_i         (alarm || (illegal[axis] && guard_encoder_q) || lost[axis] || index_lost[axis]),
           .clear_i         (clear[axis]),
           .trip_o          (trip[axis]),
           .high_o          (high_o[3*axis+:3]),
@@ -389,10 +395,16 @@ module drive_front_end #(
         if (!rst_ni) begin
           origin_q[32*axis+:32]                      <= '0;
           follow_voltage_q[(Width+2)*axis+:Width+2] <= '0;
+          index_distance_q[24*axis+:24]             <= '0;
+          index_tolerance_q[8*axis+:8]              <= '0;
         end else if (write_i) begin
           if (register_index == drive_regmap_pkg::REG_ORIGIN + Index'(axis)) origin_q[32*axis+:32] <= writedata_i;
           if (register_index == drive_regmap_pkg::REG_PLAUSIBLE_VOLTAGE + Index'(axis))
             follow_voltage_q[(Width+2)*axis+:Width+2] <= writedata_i[Width+1:0];
+          if (register_index == drive_regmap_pkg::REG_INDEX_DISTANCE + Index'(axis)) begin
+            index_distance_q[24*axis+:24] <= writedata_i[drive_regmap_pkg::INDEX_DISTANCE_COUNTS_LSB+:24];
+            index_tolerance_q[8*axis+:8]  <= writedata_i[drive_regmap_pkg::INDEX_DISTANCE_TOLERANCE_LSB+:8];
+          end
         end
       end
 
@@ -427,6 +439,20 @@ module drive_front_end #(
       sampled_q <= done;
     end
   end
+
+  index_check #(
+      .Axes(Axes)
+  ) u_index (
+      .clk_i,
+      .rst_ni,
+      .position_i      (position),
+      .index_position_i(index_position),
+      .passes_i        (passes),
+      .distance_i      (index_distance_q),
+      .tolerance_i     (index_tolerance_q),
+      .clear_i         (clear),
+      .lost_o          (index_lost)
+  );
 
   drive_plausible #(
       .Axes    (Axes),

@@ -23,6 +23,7 @@ module quadrature_decoder #(
     output logic [31:0]           edge_time_o,       // time_i at the last count
     output logic                  index_o,           // an index was passed
     output logic signed [31:0]    index_position_o,  // position at the last one
+    output logic                  passes_o,          // a clock before index_position_o changes
     output logic                  illegal_o,
     output logic [7:0]            illegal_count_o
 );
@@ -40,6 +41,7 @@ module quadrature_decoder #(
   assign count    = settled && (moved_a != moved_b);
   assign down     = level_q[0] == prev_q[1];
   assign at_index = &prev_q;
+  assign passes_o = at_index && !at_index_q;
 
   genvar i;
   generate

@@ -39,6 +39,7 @@ package drive_regmap_pkg;
   localparam logic [6:0] REG_CAUSE = 7'h4a;
   localparam logic [6:0] REG_PLAUSIBLE = 7'h4b;
   localparam logic [6:0] REG_PLAUSIBLE_VOLTAGE = 7'h50;
+  localparam logic [6:0] REG_INDEX_DISTANCE = 7'h58;
 
   // Reset values.
   localparam logic [31:0] RESET_ID = 32'h44525631;
@@ -57,6 +58,7 @@ package drive_regmap_pkg;
   localparam logic [31:0] RESET_CURRENT_SUM = 32'h00000000;
   localparam logic [31:0] RESET_PLAUSIBLE = 32'h00000000;
   localparam logic [31:0] RESET_PLAUSIBLE_VOLTAGE = 32'h00000000;
+  localparam logic [31:0] RESET_INDEX_DISTANCE = 32'h00000000;
 
   // Fields: lowest bit and width.
   localparam int unsigned CONFIG_AXES_LSB = 0;
@@ -153,11 +155,17 @@ package drive_regmap_pkg;
   localparam int unsigned CAUSE_PLAUSIBLE_WIDTH = 8;
   localparam int unsigned CAUSE_SUM_LSB = 8;
   localparam int unsigned CAUSE_SUM_WIDTH = 8;
+  localparam int unsigned CAUSE_INDEX_LOST_LSB = 16;
+  localparam int unsigned CAUSE_INDEX_LOST_WIDTH = 8;
   localparam int unsigned PLAUSIBLE_CURRENT_LSB = 0;
   localparam int unsigned PLAUSIBLE_CURRENT_WIDTH = 16;
   localparam int unsigned PLAUSIBLE_PERSIST_LSB = 16;
   localparam int unsigned PLAUSIBLE_PERSIST_WIDTH = 8;
   localparam int unsigned PLAUSIBLE_VOLTAGE_SIZE_LSB = 0;
   localparam int unsigned PLAUSIBLE_VOLTAGE_SIZE_WIDTH = 14;
+  localparam int unsigned INDEX_DISTANCE_COUNTS_LSB = 0;
+  localparam int unsigned INDEX_DISTANCE_COUNTS_WIDTH = 24;
+  localparam int unsigned INDEX_DISTANCE_TOLERANCE_LSB = 24;
+  localparam int unsigned INDEX_DISTANCE_TOLERANCE_WIDTH = 8;
 
 endpackage

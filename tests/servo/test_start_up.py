@@ -148,6 +148,26 @@ def test_open_phases_and_dead_sensors__trip_their_axes_below_twice_the_rated_cur
     start_up.recover(system)
 
 
+def test_counts_that_are_lost__trip_by_the_index_before_a_hundredth_of_the_speed_is_lost():
+    """One count of 500 is lost by leg 2, whose lines then also do not meet at the index."""
+    system = turning(0.1)
+    for speed in (0.2, 0.3, 0.4, 0.5):  # a jump of the speed would be one of the lines
+        system.spin([speed] * 3 + [3 * speed] * 2)
+        system.clock(100 * 1250)
+    assert start_up.told(system.status()) == ""
+    before = start_up.positions(system)
+    system.slip(2, 500)
+    for _ in range(700):
+        system.clock(1250)
+        status = system.status()
+        if status["trip"]:
+            break
+    assert status["trip"] == status["index_lost"] == 2
+    assert "leg 2: its encoder's index was elsewhere or missing" in start_up.told(status)
+    counted = np.abs(start_up.positions(system) - before)[1]
+    assert start_up.INDEX_TOLERANCE < counted / 500 < 3 * start_up.INDEX / 500
+
+
 def test_sensors_that_drift__trip_with_a_third_sensor_in_two_samples():
     """Each sensor in turn shows 1 A too much, or nothing; without a fault the sum is small."""
     system = turning(0.9, GuardedChain)

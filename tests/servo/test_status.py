@@ -41,6 +41,8 @@ NONE = dict.fromkeys([*REGMAP.registers["STATUS"].fields, *REGMAP.registers["CAU
         ({"trip": 3, "plausible": 2}, "tripped: leg 1, leg 2 (leg 2: a phase had voltage",
          "; leg 1: overcurrent", "sum of"),
         ({"trip": 9, "sum": 8}, "tripped: leg 1, tilt (tilt: the sum", "; leg 1: over", "voltage"),
+        ({"trip": 2, "index_lost": 2}, "tripped: leg 2 (leg 2: its encoder's index", "glitches",
+         "overcurrent"),
         ({"illegal": 2}, "no axis has tripped (leg 2: encoder", "", "overcurrent"),
     ],
 )  # fmt: skip

@@ -31,6 +31,7 @@ from sim.rtl.gen.dual_regmap import REGMAP as DUAL
 
 CURRENT, FRONT_END = 1 << 16, 2 << 16  # of the address
 ORDER_FILTER = (0.0, 0.0, 0.0, 1e-3, 1e-3)  # of the table's axes, whose counts are coarse [s]
+INDEX = 4096  # counts between two indices, as chain_harness.cpp makes them
 CONFIGURATIONS = {"trajectory": "small", "tracking": "fast", "current": "small"}
 _PERIOD = DUAL.registers["PERIOD"].reset
 assert _PERIOD is not None
@@ -91,6 +92,7 @@ class ChainRtl(DualRtl):
         self._lib.chain_spin.argtypes = [pointer] * 2
         self._lib.chain_travel.argtypes = [pointer, pointer, u32]
         self._lib.chain_modulators.argtypes = [pointer] * 2
+        self._lib.chain_slip.argtypes = [pointer, u32, ctypes.c_int64]
         self._lib.chain_sensors.argtypes = [pointer, u32, pointer, u32]
         self._lib.chain_fault.argtypes = [pointer, *[u32] * 4, ctypes.c_double]
         self.current = Core(self, "trajectory", CONFIGURATIONS["current"])
@@ -172,6 +174,10 @@ class ChainRtl(DualRtl):
         bits = sum(axes << AXES * phase for phase, axes in (stuck or {}).items())
         more = np.ascontiguousarray(np.broadcast_to(drift, (AXES, 3)), dtype=float)
         self._lib.chain_sensors(self._handle, bits, more.ctypes.data, broken)
+
+    def slip(self, axes: int, every: int) -> None:
+        """Encoders of these axes (bits) lose one of so many counts from now on."""
+        self._lib.chain_slip(self._handle, axes, every)
 
     def front(self, name: str, index: int = 0, **fields: int) -> None:
         """Write a register of the front-end by its fields, the others 0."""

@@ -61,6 +61,8 @@ struct System : DualBench<System, Vdrive_chain> {
   // faults
   uint32_t lost = 0, touching = 0, shorted = 0;  // bit n: axis n
   uint32_t stuck = 0, broken = 0;   // bit kAxes * k + n: sensor or phase k of axis n
+  uint32_t slips = 0;               // bit n: axis n loses a count in every `slip`, from slip_start on
+  int64_t slip = 1, slip_start[kAxes] = {};
   double drift[kAxes][3] = {};      // what sensors show too much [A]
   double volts = 0;
   uint64_t tripped = 0;             // clock in which all gates of an axis that ran were off, 0: none
@@ -246,7 +248,8 @@ struct System : DualBench<System, Vdrive_chain> {
     uint32_t a = 0, b = 0, z = 0;
     for (int n = 0; n < kAxes; ++n) {
       const int64_t at = count(n, clocks);
-      const uint32_t quarter = (lost >> n & 1) ? 0 : at & 3;
+      const int64_t shown = (slips >> n & 1) ? at - (at - slip_start[n]) / slip : at;
+      const uint32_t quarter = (lost >> n & 1) ? 0 : shown & 3;
       a |= uint32_t(quarter == 1 || quarter == 2) << n;
       b |= uint32_t(quarter == 2 || quarter == 3) << n;
       z |= uint32_t((at & (kIndex - 1)) == 2) << n;
@@ -368,6 +371,14 @@ void chain_fault(void* handle, uint32_t lost, uint32_t touching, uint32_t shorte
   chain->top->fault_i = stage;
   chain->volts = volts;
   chain->top->bus_i = std::lround(volts / kBusScale);
+}
+
+// Encoders (a bit each) that lose one of `every` counts from now on; the index stays where it is.
+void chain_slip(void* handle, uint32_t axes, int64_t every) {
+  auto* chain = static_cast<System*>(handle);
+  chain->slips = axes;
+  chain->slip = every;
+  for (int n = 0; n < kAxes; ++n) chain->slip_start[n] = chain->count(n, chain->clocks);
 }
 
 // Sensors that show no current and phases that are open, bit kAxes * k + n of phase k of axis n; what sensors show

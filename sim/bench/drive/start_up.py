@@ -15,7 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.bench.drive.chain import ChainRtl, current_program, write_constants
+from sim.bench.drive.chain import INDEX, ChainRtl, current_program, write_constants
 from sim.bench.drive.plant import AXES
 from sim.bench.drive.status import told
 from sim.laws.drive.clocks import CLOCK, HALF_PERIOD
@@ -39,6 +39,7 @@ MOST_SUM = 3 / 128  # largest sum of three sensed currents as a share of current
 REACHED = 0.9  # of the largest voltage: a limit above it would never be reached
 SPARE = 1.4  # of the time for which a current may be small
 MOST_PERSIST = 255  # half periods, of PLAUSIBLE.persist
+INDEX_TOLERANCE = 2  # counts by which an index may be off
 SETTLE = 1e-3  # time for the currents to settle after the gates are on [s]
 LEAST_MOVE = 4  # least move of an axis during alignment [counts]
 MOST_OFF = 0.15  # largest residual of the sine fit as a share of the axis' move
@@ -91,8 +92,15 @@ def configure(system: ChainRtl, drives: Drives, setting: Setting, counts: Counts
     recover(system)
 
 
-def guard(system: ChainRtl, robot: Robot, drives: Drives, setting: Setting) -> None:
-    """Guards of the current sensors. Call it after `measure_offsets`, before the gates are on.
+def guard(
+    system: ChainRtl,
+    robot: Robot,
+    drives: Drives,
+    setting: Setting,
+    index: Sequence[int] = (INDEX,) * AXES,
+) -> None:
+    """Guards of current sensors and encoders. Call it after `measure_offsets`, before the gates are
+    on. index: counts of each axis from one index to the next, 0: no index.
 
     A phase with a large voltage must have a current (`plausible_limits`), and with a third sensor
     the sum of the currents must be below `MOST_SUM`.
@@ -101,6 +109,8 @@ def guard(system: ChainRtl, robot: Robot, drives: Drives, setting: Setting) -> N
     system.front("PLAUSIBLE", current=round(FOLLOWS * FULL_SCALE), persist=persist)
     for n, limit in enumerate(volts):
         system.front("PLAUSIBLE_VOLTAGE", n, size=round(3 * setting.half * limit / drives.U_dc))
+    for n, counts in enumerate(index):
+        system.front("INDEX_DISTANCE", n, counts=counts, tolerance=INDEX_TOLERANCE)
     system.front("CURRENT_SUM", size=round(MOST_SUM * FULL_SCALE))
 
 

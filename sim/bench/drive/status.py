@@ -24,7 +24,11 @@ PLAUSIBLE = (
     "sensors"
 )
 SUM = "the sum of its currents was not 0; check the current sensors, and for a short to earth"
-OF_AXES = {"illegal": ENCODER, "plausible": PLAUSIBLE, "sum": SUM}
+INDEX = (
+    "its encoder's index was elsewhere or missing; check cable and shield for glitches, its speed "
+    "against ENCODER, and INDEX_DISTANCE"
+)
+OF_AXES = {"illegal": ENCODER, "plausible": PLAUSIBLE, "sum": SUM, "index_lost": INDEX}
 """Flags of STATUS and CAUSE with a bit for each axis: cause and cure."""
 OWN = (
     "overcurrent or power stage; check winding and electrical angle, R, L_d, L_q of the file, and "

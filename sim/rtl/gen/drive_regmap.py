@@ -82,12 +82,22 @@ REGMAP = RegisterMap(
         RegisterRecord("ORIGIN", 64, "rw", reset=0, count=8),
         RegisterRecord("CHOPPER", 72, "rw", reset=0, fields=bit_fields(on=(0, 16), off=(16, 16))),
         RegisterRecord("CURRENT_SUM", 73, "rw", reset=0, fields=bit_fields(size=(0, 20))),
-        RegisterRecord("CAUSE", 74, "r", fields=bit_fields(plausible=(0, 8), sum=(8, 8))),
+        RegisterRecord(
+            "CAUSE", 74, "r", fields=bit_fields(plausible=(0, 8), sum=(8, 8), index_lost=(16, 8))
+        ),
         RegisterRecord(
             "PLAUSIBLE", 75, "rw", reset=0, fields=bit_fields(current=(0, 16), persist=(16, 8))
         ),
         RegisterRecord(
             "PLAUSIBLE_VOLTAGE", 80, "rw", reset=0, fields=bit_fields(size=(0, 14)), count=8
+        ),
+        RegisterRecord(
+            "INDEX_DISTANCE",
+            88,
+            "rw",
+            reset=0,
+            fields=bit_fields(counts=(0, 24), tolerance=(24, 8)),
+            count=8,
         ),
     ),
 )

@@ -255,6 +255,9 @@ extern "C" {
 #define DRIVE__CSR__CAUSE__SUM_bm 0xff00
 #define DRIVE__CSR__CAUSE__SUM_bp 8
 #define DRIVE__CSR__CAUSE__SUM_bw 8
+#define DRIVE__CSR__CAUSE__INDEX_LOST_bm 0xff0000
+#define DRIVE__CSR__CAUSE__INDEX_LOST_bp 16
+#define DRIVE__CSR__CAUSE__INDEX_LOST_bw 8
 
 // reg - drive::csr::PLAUSIBLE
 #define DRIVE__CSR__PLAUSIBLE__CURRENT_bm 0xffff
@@ -271,6 +274,16 @@ extern "C" {
 #define DRIVE__CSR__PLAUSIBLE_VOLTAGE__SIZE_bp 0
 #define DRIVE__CSR__PLAUSIBLE_VOLTAGE__SIZE_bw 14
 #define DRIVE__CSR__PLAUSIBLE_VOLTAGE__SIZE_reset 0x0
+
+// reg - drive::csr::INDEX_DISTANCE
+#define DRIVE__CSR__INDEX_DISTANCE__COUNTS_bm 0xffffff
+#define DRIVE__CSR__INDEX_DISTANCE__COUNTS_bp 0
+#define DRIVE__CSR__INDEX_DISTANCE__COUNTS_bw 24
+#define DRIVE__CSR__INDEX_DISTANCE__COUNTS_reset 0x0
+#define DRIVE__CSR__INDEX_DISTANCE__TOLERANCE_bm 0xff000000
+#define DRIVE__CSR__INDEX_DISTANCE__TOLERANCE_bp 24
+#define DRIVE__CSR__INDEX_DISTANCE__TOLERANCE_bw 8
+#define DRIVE__CSR__INDEX_DISTANCE__TOLERANCE_reset 0x0
 
 // regfile - drive::csr
 typedef struct __attribute__ ((__packed__)) {
@@ -303,6 +316,7 @@ typedef struct __attribute__ ((__packed__)) {
     uint32_t PLAUSIBLE;
     uint8_t RESERVED_130_13f[0x10];
     uint32_t PLAUSIBLE_VOLTAGE[8];
+    uint32_t INDEX_DISTANCE[8];
 } drive__csr_t;
 
 // addrmap - drive
