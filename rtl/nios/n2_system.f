@@ -2,8 +2,8 @@ rtl/gen/n2_system_pkg.sv
 rtl/gen/n2_io_regmap_pkg.sv
 rtl/fpu/fp_pkg.sv
 rtl/gen/ci_pkg.sv
-rtl/nios/n2_pkg.sv
 rtl/gen/n2_isa_pkg.sv
+rtl/nios/n2_pkg.sv
 rtl/gen/n2_debug_regmap_pkg.sv
 rtl/nios/n2_fetch.sv
 rtl/nios/n2_decode.sv
