@@ -23,6 +23,7 @@ from scripts.motion_size import area, speed
 from scripts.synth_unit import SynthesisError
 from sim.bench.drive.__main__ import main as simulate
 from sim.bench.drive.goals import FULL_RUN, Rows
+from sim.bench.drive.guards import campaign as campaign_of_guards
 from sim.laws.drive.clocks import CLOCK
 from sim.laws.drive.current_law import Setting
 from sim.report.goals import depth, markdown_table
@@ -84,6 +85,15 @@ def proofs(rows: Rows, report: Callable[[str], None]) -> None:
             rows.most(f"{PROOFS[proof.name]}: cases not proved", left, "cases", 0)
 
 
+def guards(robot: Robot, drives: Drives, rows: Rows, report: Callable[[str], None]) -> None:
+    """Faults of sensors, windings, bus voltage and encoders that are not found in time."""
+    report("planted faults of sensors, phases, bus voltage and encoders, three sensors an axis")
+    found = campaign_of_guards(robot, drives, report)
+    missed = sum(not each.in_time for each in found)
+    name = "planted faults of sensors, phases, bus and encoders, three sensors an axis"
+    rows.most(f"{name}: not found in time, of {len(found)}", missed, "faults", 0)
+
+
 def decoder(full: bool, rows: Rows, report: Callable[[str], None]) -> None:
     """Edges at 25 million counts a second with jitter; changes of both lines at once."""
     report("edges into the decoder")
@@ -120,6 +130,7 @@ def hardware(
     name = "sampling instant to new compare values, one axis on fast, RTL"
     rows.most(name, 1e6 * CLOCK * clocks, "us", LATENCY_US)
     proofs(rows, report)
+    guards(robot, drives, rows, report)
     decoder(full, rows, report)
     size(full, rows, report)
     return {"blocks": blocks(full, report)}
