@@ -17,8 +17,8 @@ from asip_asm.model.lane_functions import activate
 from asip_asm.model.law import Law
 from asip_asm.model.onnx_file import OnnxPolicy
 from asip_asm.model.onnx_layers import Layer, Network, dense_layers
-from asip_asm.model.options import SINES, Compiled, Options
-from asip_asm.model.plan import Plan, compiled
+from asip_asm.model.options import SINES, Compiled, Options, compiled
+from asip_asm.model.plan import Plan
 from asip_asm.model.plan_items import Words
 from asip_asm.model.read import ModelError
 

@@ -44,3 +44,9 @@ class Compiled:
     graph: Graph
     text: str
     plan: Plan | None = None
+
+
+def compiled(plan: Plan, law: Law) -> Compiled:
+    """A finished plan as a compiled law."""
+    options = Options(configuration=plan.machine.configuration)
+    return Compiled(law, options, plan.graph, plan.text(), plan)

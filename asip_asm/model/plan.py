@@ -21,8 +21,6 @@ from asip_asm.ir import ZERO, Operation, Virtual
 from asip_asm.machine import Machine, load_machine
 from asip_asm.model.emit import literal
 from asip_asm.model.graph import Graph
-from asip_asm.model.law import Law
-from asip_asm.model.options import Compiled, Options
 from asip_asm.model.plan_items import PIPES, Item, Loop, Op, Operand, Rewind, Words
 from asip_asm.model.plan_run import VECTOR, Run
 from asip_asm.model.read import ModelError
@@ -373,12 +371,6 @@ def _operation(op: Op) -> Operation:
     for name, source in zip("abc", sources, strict=False):
         setattr(made, name, source)
     return made
-
-
-def compiled(plan: Plan, law: Law) -> Compiled:
-    """A finished plan as a compiled law."""
-    options = Options(configuration=plan.machine.configuration)
-    return Compiled(law, options, plan.graph, plan.text(), plan)
 
 
 def stream_machine(configuration: str) -> Machine:

@@ -216,7 +216,9 @@ module ecat_datagrams (
         if (count_q[0]) begin
           count_q <= '0;
           udp_q   <= '0;
-          case ({high_q, byte_i})
+          case ({
+            high_q, byte_i
+          })
             EtherType: state_q <= StHeader;
             TagType: state_q <= StTag;
             IpType: state_q <= StUdp;

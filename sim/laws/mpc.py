@@ -20,7 +20,8 @@ from asip_asm.model.mpc_bound import input_bounds
 from asip_asm.model.mpc_lane_program import mpc_plan
 from asip_asm.model.mpc_problem import Problem, half_width, load_problem
 from asip_asm.model.mpc_program import mpc_law
-from asip_asm.model.plan import Plan, compiled, stream_machine
+from asip_asm.model.options import compiled
+from asip_asm.model.plan import Plan, stream_machine
 from asip_asm.model.program import Built, build
 from asip_asm.model.read import ModelError
 
