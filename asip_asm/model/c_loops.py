@@ -37,7 +37,7 @@ COLUMNS = 8
 
 
 def kept_blocks(plan: Plan) -> dict[str, int]:
-    """Words of each block of data memory that is kept from tick to tick."""
+    """Size [words] of each block of data memory whose content lasts from tick to tick."""
     kept = {name.rpartition("_")[0] for name in plan.graph.next_states}
     return {block: words for block, words in plan.spaces.items() if block in kept}
 

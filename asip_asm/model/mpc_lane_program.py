@@ -57,8 +57,8 @@ class LaneMaker(Maker):
         return super().address(offset, before - 1)
 
     def store_kept(self, step: int = 0) -> None:
-        """Step to another slot and store the words that are kept, after all loads: loads and stores
-        stay in order.
+        """Step to another slot, then store the pending words. Call it after all loads of the round,
+        because loads and stores stay in order.
         """
         if step:
             self.step(step)

@@ -57,7 +57,7 @@ def warm_words(
     pull = -wanted @ problem.q
     if lanes:
         pull /= np.where(problem.penalty[0] > 0, problem.penalty[0], 1.0)
-    # The tick moves them a step on, and the reference of the tick before comes behind them.
+    # The tick moves them on by a step and appends the reference of the tick before.
     memory[2:steps, slot.pull] = pull[: steps - 2]
     return np.concatenate((memory.ravel(), wanted[steps - 2])).astype(np.float32)
 

@@ -432,7 +432,7 @@ def test_loads_and_stores__random_on_few_words__read_what_was_stored():
         offset = rng.randrange(0, 8, size)
         part = slice(offset, offset + size)
         if rng.random() < 0.1:
-            program.emit("div", 9, 1, 2)  # holds the loads behind it
+            program.emit("div", 9, 1, 2)  # stalls the loads after it
         elif rng.random() < 0.4:
             register = rng.randrange(1, 8)
             program.emit(f"st{letter}", register, offset, base)

@@ -354,6 +354,7 @@ def differences(text: str) -> list[str]:
     """Differences of both lists, in words; empty if they agree."""
     mine, printed = ours(text), _canonical(text)
     theirs = _records(text, printed)
+    threads = "START_SPEED_FEED_SYNC" in printed
     digits = DIGITS * (25.4 if "CANON_UNITS_INCHES" in printed else 1.0)
     found = []
     if len(mine) != len(theirs):
@@ -367,7 +368,7 @@ def differences(text: str) -> list[str]:
             continue
         alike = a[0] == b[0] and len(a[1]) == len(b[1])
         # The feed of a thread comes from a pitch of six decimals.
-        rate = abs(b[1][-1]) * 1e-5 if a[0] == "G1" and len(b[1]) == 6 else 0.0
+        rate = abs(b[1][-1]) * 1e-5 if threads and a[0] == "G1" and len(b[1]) == 6 else 0.0
         near = [digits] * (len(a[1]) - 1) + [digits + rate]
         if not alike or any(abs(x - y) > d for x, y, d in zip(a[1], b[1], near, strict=True)):
             found.append(f"record {number}: {a[0]} {a[1]} here, {b[0]} {b[1]} of rs274")

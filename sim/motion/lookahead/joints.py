@@ -193,8 +193,8 @@ class Joints:
         """First estimates of the distances from the corners to the ends of the blends."""
         angle = self.angle[wanted]
         per_distance = np.maximum(_apex_per_distance(angle), 1e-12)
-        # The nearest set-point may be half a period's way beside the apex, where the blend is
-        # farther from the corner, also because it bends away.
+        # The set-point nearest to the corner may miss the apex by half a period's way. The blend
+        # bends away from the corner, which adds to the distance of that set-point.
         reach = within / per_distance
         tool = settings.limits.tool
         bent = np.interp(angle, _ANGLES[1:], _BENT) / angle.clip(1e-3)
