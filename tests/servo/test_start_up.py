@@ -276,3 +276,13 @@ def test_alignment__a_motor_that_does_not_answer_as_one_is_refused(
     monkeypatch.setattr(start_up, "positions", lambda system: next(found))
     with pytest.raises(start_up.StartUpError, match=message):
         start_up.align(system, DRIVES, SETTING, dwell=1e-5)
+
+
+@pytest.mark.parametrize("counts", [-1, (1 << 22) + 1])
+def test_guard__index_that_the_hardware_cannot_check__is_refused(counts):
+    class Silent:
+        """A chain that nothing may be written to."""
+
+    index = [4096, counts, 4096, 4096, 4096]
+    with pytest.raises(start_up.StartUpError, match="axis 2: .* expected 1 to 4194304"):
+        start_up.guard(Silent(), ROBOT, DRIVES, SETTING, index)

@@ -39,6 +39,7 @@ MOST_SUM = 3 / 128  # largest sum of three sensed currents as a share of current
 REACHED = 0.9  # of the largest voltage: a limit above it would never be reached
 SPARE = 1.4  # of the time for which a current may be small
 MOST_PERSIST = 255  # half periods, of PLAUSIBLE.persist
+MOST_INDEX = 1 << 22  # counts, of INDEX_DISTANCE
 INDEX_TOLERANCE = 2  # counts by which an index may be off
 SETTLE = 1e-3  # time for the currents to settle after the gates are on [s]
 LEAST_MOVE = 4  # least move of an axis during alignment [counts]
@@ -103,8 +104,15 @@ def guard(
     on. index: counts of each axis from one index to the next, 0: no index.
 
     A phase with a large voltage must have a current (`plausible_limits`), and with a third sensor
-    the sum of the currents must be below `MOST_SUM`.
+    the sum of the currents must be below `MOST_SUM`. Raises StartUpError for an index that the
+    hardware cannot check.
     """
+    for n, counts in enumerate(index):
+        if not 0 <= counts <= MOST_INDEX:
+            raise StartUpError(
+                f"axis {n + 1}: {counts} counts from index to index; expected 1 to {MOST_INDEX}, "
+                "or 0 for an encoder without an index"
+            )
     volts, persist = plausible_limits(robot, drives)
     system.front("PLAUSIBLE", current=round(FOLLOWS * FULL_SCALE), persist=persist)
     for n, limit in enumerate(volts):
