@@ -39,7 +39,7 @@ from sim.robot.errors import RIPPLE_ABOVE, ripple
 from sim.robot.observer import SPEEDS, gains
 from sim.robot.parameters import ROBOT_TOML, ParameterError, Robot
 from sim.robot.records import OUTPUTS, SetPoints
-from sim.robot.tracking import joint_path, run
+from sim.robot.tracking import run
 from sim.rtl.build import BuildError
 from sim.rtl.processes import processes
 
@@ -49,7 +49,6 @@ import matplotlib.pyplot as plt  # noqa: E402
 PROGRAMS = {"difference": "tracking_optimised", "observer": "tracking_observer"}
 SHORT = 30_000  # ticks of the A-G-H path
 RIPPLE, ERROR = 0.1, 1.0  # of what differences of counts give
-MOVING = 1e-3  # m/s of a leg, from which on the delay of its speed is looked at
 SHOWN = slice(6000, 6400)  # ticks of the plot
 JOBS = 2
 PAGE, PLOT = ROOT / "docs/law.md", ROOT / "docs/speed.svg"
@@ -76,24 +75,28 @@ def measured(robot: Robot, path: SetPoints, speed: str) -> Measured:
     image = assemble(source, configuration="fast", defines=robot.values())
     controller = AsipController(image, intermediates=False)
     done = closed_loop.run(robot, path, controller, lambda _: None)
-    desired = joint_path(robot, path)[0]
+    law = run(robot, path, done.counts, speed)
     return Measured(
         int(done.ticks.cycles.max()),
         ripple(done.ticks.outputs, robot.T_s),
-        closed_loop.tracking_error(robot, path, desired, done),
-        delay(robot, done.joints, run(robot, path, done.counts, speed).velocity),
+        closed_loop.tracking_error(robot, path, law.position_d, done),
+        delay(robot.T_s, done.joints, law.velocity, law.acceleration_d),
         (margin(robot, 0, speed), margin(robot, 3, speed)),
         done.ticks.outputs,
     )
 
 
-def delay(robot: Robot, joints: NDArray[np.float64], velocity: NDArray[np.float64]) -> float:
+def delay(
+    period: float,
+    joints: NDArray[np.float64],
+    velocity: NDArray[np.float64],
+    acceleration: NDArray[np.float64],
+) -> float:
     """By how much measured speeds of the legs are late [s]: least squares of true less measured
-    speed on the true acceleration, where a leg moves. joints: exact ones (N, 5)."""
-    true = np.gradient(joints[:, :3], robot.T_s, axis=0)
-    change = np.gradient(true, robot.T_s, axis=0)
-    moving = np.abs(true) > MOVING
-    late, of = (true - velocity[:, :3])[moving], change[moving]
+    speed on the desired acceleration, which no noise of the loop is in. period: of a tick [s];
+    joints: exact ones; all (N, 5) or more columns than the legs'."""
+    true = np.gradient(joints[:, :3], period, axis=0)
+    late, of = true - velocity[:, :3], acceleration[:, :3]
     return float(np.sum(late * of) / np.sum(of * of))
 
 
@@ -177,7 +180,6 @@ def table(document: dict[str, Any]) -> str:
         ("largest error of the tool, µm", lambda m: f"{1e6 * m['tracking']['tool']:.2f}"),
         ("largest error of a leg, µm", lambda m: f"{1e6 * m['tracking']['leg']:.2f}"),
         ("largest error of a table axis, µrad", lambda m: f"{1e6 * m['tracking']['table']:.1f}"),
-        ("delay of a leg's speed, µs", lambda m: f"{1e6 * m['delay']:.0f}"),
         (
             "phase margin, leg, table, degrees",
             lambda m: ", ".join(f"{a:.0f}" for a in m["margins"]),
