@@ -64,7 +64,7 @@ for name in verbs.verbs(verbs.offered()):
     found[name] = status, said.getvalue()
 print(json.dumps(found))
 """
-NEED_AN_EXTRA = {"model", "mpc", "cocotb", "linuxcnc", "robots", "side-by-side"}
+NEED_AN_EXTRA = {"model", "mpc", "cocotb", "linuxcnc", "lsp", "robots", "side-by-side"}
 OF_THE_EXTRA = (
     *("microtick.asip_asm.model.", "microtick.sim.laws."),
     *("microtick.sim.bench.platforms.", "microtick.sim.bench.shown_robots."),
@@ -80,6 +80,7 @@ OF_THE_BUS = [  # the extra `bus`
         *("path_page", "path_run", "pysoem_master", "redundant", "session"),
     )
 ]
+OF_THE_EDITOR = ["microtick.sim.debug.language_server"]  # the extra `editor`
 OF_LITEX = ["microtick.sim.rtl.litex"]  # the extra `litex`
 OF_COCOTB = [  # the extra `cocotb`
     f"microtick.sim.cocotb.{module}"
@@ -220,7 +221,7 @@ def test_every_module__in_the_empty_environment__is_imported_or_needs_the_extra(
     assert found["imported"] > 150 and found["foreign"] == []
     assert not Path(found["place"]).is_relative_to(ROOT)
     assert all(
-        module.startswith((*OF_THE_EXTRA, *OF_THE_BUS, *OF_COCOTB, *OF_LITEX))
+        module.startswith((*OF_THE_EXTRA, *OF_THE_BUS, *OF_COCOTB, *OF_LITEX, *OF_THE_EDITOR))
         for module in found["missed"]
     ), found["missed"]
 
