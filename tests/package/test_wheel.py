@@ -207,7 +207,7 @@ def test_verbs__of_the_wheel__explain_themselves_or_name_the_extra(installed: In
     assert set(found) == set(wanted) and not set(found) & set(verbs.verbs(verbs.OF_A_CHECKOUT))
     for name, (status, said) in found.items():
         if status == 1:
-            assert re.search(r"pip install 'microtick\[(model|scope|bus|cocotb)\]'", said), said
+            assert re.search(r"pip install 'microtick\[(model|scope|bus|cocotb|editor)\]'", said), said
         else:
             assert status == 0 and said.startswith(f"usage: microtick {name} "), said
     assert {name for name, (status, _) in found.items() if status} <= NEED_AN_EXTRA
@@ -285,7 +285,7 @@ def test_asip_model__with_its_extra__writes_a_program(with_model: Installed) -> 
     installed, folder = with_model, with_model.folder
     assert (
         json.loads(installed.must("python", "-c", IMPORT_ALL))["missed"]
-        == OF_THE_BUS + OF_COCOTB + OF_LITEX
+        == OF_THE_BUS + OF_COCOTB + OF_THE_EDITOR + OF_LITEX
     )
     installed.must("python", "-c", LAW)
     (folder / "law.interface.toml").write_text(INTERFACE, encoding="utf-8")
