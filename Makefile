@@ -173,7 +173,7 @@ $(READY_SYNTH): requirements-synth.lock $(READY)
 
 lock: ## refresh the locked requirement files from pyproject.toml and requirements*.in (needs uv on PATH)
 	uv pip compile -q --generate-hashes --no-emit-index-url --no-header --python-version 3.11 \
-	  --extra model --extra scope --extra cluster --extra litex pyproject.toml requirements.in -o requirements.lock
+	  --extra model --extra scope --extra cluster --extra litex --extra editor pyproject.toml requirements.in -o requirements.lock
 	uv pip compile -q --generate-hashes --no-emit-index-url --no-header --python-version 3.11 \
 	  -c requirements.lock requirements-synth.in -o requirements-synth.lock
 
