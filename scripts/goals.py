@@ -239,9 +239,11 @@ def measure_area(name: str, words: Sequence[str], full: bool, console: Console) 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Command line."""
     parser = command_parser("make goals", __doc__)
-    parser.add_argument("name", nargs="?", metavar="NAME", help="what to measure")
+    parser.add_argument(
+        "name", nargs="?", metavar="NAME", help="goals to measure; without it, list the names"
+    )
     parser.add_argument("words", nargs="*", help="only producers whose name contains one of these")
-    parser.add_argument("--full", action="store_true", help="to full depth")
+    parser.add_argument("--full", action="store_true", help="measure to full depth")
     parser.add_argument(
         "--docs", action="store_true", help="write the table of the page from build/NAME.json"
     )

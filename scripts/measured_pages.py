@@ -159,9 +159,14 @@ def main(arguments: list[str] | None = None) -> int:
     parser = script_parser("Write the pages with measured figures.", f"{prog} latency units", prog)
     stems = [Path(page.name).stem for page in PAGES]
     parser.add_argument(
-        "pages", nargs="*", metavar="PAGE", help=f"only these: {', '.join(stems)} (all)"
+        "pages",
+        nargs="*",
+        metavar="PAGE",
+        help=f"pages to write: {', '.join(dict.fromkeys(stems))} (all)",
     )
-    parser.add_argument("--list", action="store_true", help="pages and writers, and end")
+    parser.add_argument(
+        "--list", action="store_true", help="list pages and their writers, and exit"
+    )
     options = parser.parse_args(arguments)
     for name in options.pages:
         if name not in stems:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Command microtick: everything that the project does, one verb for each job.
 
-A verb is a name for the main function of a command. It runs that function with the words that come
-after the verb, so options, messages and exit status are those of the command itself.
+The words after a verb are the options and arguments of its command. Options, messages and exit
+status of a verb are those of the command, whatever name starts it.
 """
 
 from __future__ import annotations

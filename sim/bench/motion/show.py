@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Everything of the motion front-end that can be shown, from one command: `microtick motion`.
+"""Measure and show the motion front-end: `microtick motion`.
 
 It redraws figures of two papers (docs/law.md), runs the drive and feed-forward study, runs the
 front-end as RTL on a move of the S-curve paper and on a G64 program. It writes a table,
