@@ -21,7 +21,8 @@ SETTLED_S = 0.05  # tracking is judged from here on [s]
 
 @dataclass(frozen=True)
 class Recording:
-    """Run of N ticks: counts (N, 5) seen, with stamps (N, 10), exact joints (N, 5) and tool (N, 3) at them, results."""
+    """Run of N ticks: counts (N, 5) seen, with stamps (N, 10), exact joints (N, 5) and tool (N, 3)
+    at them, results."""
 
     counts: NDArray[np.int32]
     joints: NDArray[np.float64]

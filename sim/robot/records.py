@@ -125,7 +125,8 @@ class TrackingResult:
 
 
 def checked_counts(counts: ArrayLike, ticks: int, columns: int = 5) -> NDArray[np.int32]:
-    """Encoder counts as int32 (ticks, 5), with stamps (ticks, 10); raises ValueError for another type, shape or range."""
+    """Encoder counts as int32 (ticks, 5), with stamps (ticks, 10); raises ValueError for another
+    type, shape or range."""
     counts = np.asarray(counts)
     if counts.shape != (ticks, columns):
         raise ValueError(f"counts have the shape {counts.shape}, must be {(ticks, columns)}")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Speeds from the time between counts: the encoders' stamps, and the law's use of them.
 
-At a count the place of an axis is exact, half a count beside the number that the decoder then shows.
+At a count the place of an axis is exact, half a count beside the number that the decoder shows.
 The error there is e + s q/2 - age (v_d - age a_d/2), s the direction of the count; e_v is the
 difference of two such errors over the time between them, at least half a tick (the M/T method
 [T. Ohmae, T. Matsuda, K. Kamiyama, M. Tachikawa, IEEE Trans. Ind. Electron. 29(3), 1982], on errors
@@ -121,7 +121,7 @@ class StampedPlant(Plant):
         return self.counts()
 
     def _stamp(self, last: int, p0: float, v0: float, p1: float, v1: float) -> int:
-        """Stamp after a tick from position p0 with speed v0 to p1 with v1 [counts, counts a tick]."""
+        """Stamp after a tick from p0 [counts] with speed v0 [counts a tick] to p1 with v1."""
         found = last_crossing(p0, v0, p1, v1)
         if found is None:
             if not last:

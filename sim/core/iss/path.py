@@ -66,8 +66,8 @@ def run_path(
 ) -> PathRun:
     """Run a tracking program over N ticks from the start state of the law.
 
-    counts: (N, 5) integers, with stamps (N, 10); exports: further names to record; options: as for `Iss`. Raises
-    PathFault at the first fault.
+    counts: (N, 5) integers, with stamps (N, 10); exports: further names to record; options: as for
+    `Iss`. Raises PathFault at the first fault.
     """
     stamps = [entry["name"] for entry in image["inputs"] if entry["name"] in STAMPS]
     counts = checked_counts(counts, len(path), len(COUNTS) + len(stamps))
