@@ -15,6 +15,7 @@ from scripts.generated import run
 from sim.bench.stream_law_goals import POLICIES, drawn_policy, policy_law
 from sim.laws.mpc import build_mpc
 from sim.laws.mpc_flight import quadrotor_problem
+from sim.laws.rocket_landing import rocket_problem
 
 SCRIPT, PAGE = "scripts/matrix_table.py", "docs/your_robot.md"
 BEGIN, END = "<!-- matrix laws: begin -->", "<!-- matrix laws: end -->"
@@ -36,8 +37,12 @@ def rows() -> list[str]:
             name = f"policy {'-'.join(map(str, sizes))}, Elu"
             built.append((name, configuration, build(made, Path(folder) / "law.s")))
         for configuration in ("stream", "wide"):
-            made_mpc, _ = build_mpc(quadrotor_problem(), Path(folder) / "law.s", configuration)
-            built.append(("quadrotor MPC 12/4/10, 10 iterations", configuration, made_mpc))
+            for name, problem in (
+                ("quadrotor MPC 12/4/10, 10 iterations", quadrotor_problem()),
+                ("rocket MPC 6/3/10 with a cone, 12 iterations", rocket_problem()),
+            ):
+                made_mpc, _ = build_mpc(problem, Path(folder) / "law.s", configuration)
+                built.append((name, configuration, made_mpc))
     for name, configuration, one in built:
         words = max(sum(len(b.words) for b in one.image.streams if b.pin == pin) for pin in "AB")
         products = 2 * (1 + isa.configurations[configuration].lanes)
