@@ -112,11 +112,16 @@ def figures(result: dict) -> dict:
 @command("scripts/synth.py")
 def main(argv: list[str] | None = None) -> int:
     """Command line; exit 0 done, 1 if a tool failed, 2 usage."""
-    parser = script_parser(__doc__, "python scripts/synth.py --only asip_small --seeds 1 2")
+    prog = "python scripts/synth.py"
+    parser = script_parser(__doc__, f"{prog} --only asip_small --seeds 1 2", prog)
     names = [top.name for top in TOPS]
-    parser.add_argument("--only", nargs="+", choices=names, default=names, metavar="TOP")
-    parser.add_argument("--seeds", nargs="+", type=int, default=list(SEEDS))
-    parser.add_argument("--jobs", type=int, default=1, metavar="N", help="seeds at a time")
+    parser.add_argument(
+        "--only", nargs="+", choices=names, default=names, metavar="TOP", help="these tops (all)"
+    )
+    parser.add_argument(
+        "--seeds", nargs="+", type=int, default=list(SEEDS), metavar="N", help="seeds of placement"
+    )
+    parser.add_argument("--jobs", type=int, default=1, metavar="N", help="placements at a time")
     options = parser.parse_args(argv)
     console = Console()
     OUTPUT.mkdir(parents=True, exist_ok=True)
