@@ -92,6 +92,7 @@ AREAS: dict[str, Area] = {
             "predictive control": "sim.bench.stream_law_goals:predictive_control",
             "landing": "sim.bench.stream_law_goals:landing",
             "policies": "sim.bench.stream_law_goals:policies",
+            "area and clock": "scripts.clock_goals:matrix",
         },
     ),
     "motion": Area(
