@@ -112,6 +112,13 @@ PAGES = (
         lambda results: results.get("whole", False),
     ),
     Page(
+        "docs/law.md",
+        "-m sim.bench.drive.speed --docs",
+        BUILD / "speed.json",
+        "python -m sim.bench.drive.speed --full",
+        lambda results: results["whole"],
+    ),
+    Page(
         "docs/ethercat.md",
         "-m scripts.bus --docs",
         BUILD / "bus.json",
