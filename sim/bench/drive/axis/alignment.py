@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The electrical angle at count 0 of a motor without a brake: without motion, and with it.
 
-Without motion: short doublets of current (+, -, -, +) in directions all around. Each moves the
-rotor by a few counts and back; how far goes with the sine of the angle between current and magnets,
-so a sine fitted to the moves gives the angle, its sign included. Friction makes small moves
-smaller, the same for opposite directions, and leaves the angle.
+Without motion: short doublets of current in directions all around, the second derivative of a
+smooth bump. Each moves the rotor along that bump, by a few counts and back; how far goes with the
+sine of the angle between current and magnets, so a sine fitted to the moves gives the angle, its
+sign included. Friction makes small moves smaller, the same for opposite directions, and leaves the
+angle.
 
 With motion: a current vector drags the rotor around one electrical turn and back. The rotor lags by
 friction, to either side; the mean of both ways has no lag, and a turn no cogging. The way also
@@ -13,6 +14,7 @@ shows wrong pole pairs, counts or swapped phases.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,8 +26,10 @@ from sim.laws.drive.clocks import LOOP_PERIOD
 DIRECTIONS = 12
 SHARE = 0.8  # of the rated current
 LEAST_MOVE, LEAST_ANGLE = 12.0, np.radians(1.0)  # of a doublet: counts, and electrical angle
-SHORTEST, LONGEST = 30, 4000  # half periods of a quarter of a doublet
-GROWTH = 1.4
+SHORTEST, LONGEST = 100, 10_000  # half periods of a doublet
+GROWTH, TRIES = 1.25, 4
+STEEPEST = 8.0  # slope of a doublet's current by its size and length
+RISE = 0.15  # of the bus voltage, for that slope
 MOST_OFF = 0.25  # largest distance from the sine as a share of its size
 TURN = 0.5  # s of an electrical turn
 MOST_WAY = 0.05  # largest error of the way of a turn, as a share
@@ -60,53 +64,72 @@ def wrapped(angle: float) -> float:
 
 def without_motion(bench: Bench, loop: SafeLoop) -> Still:
     """By doublets. Raises BringUpError if the rotor does not answer, or not as a motor does."""
+    per_count = bench.one.motor.wave * bench.one.resolution
+    target, length = max(LEAST_MOVE, LEAST_ANGLE / per_count), SHORTEST
+    for _ in range(TRIES):
+        length = _long_enough(bench, loop, target, length)
+        angle, size, off, moved = _fitted(bench, loop, length)
+        if off <= MOST_OFF * size + 2.0:
+            return Still(angle, moved * per_count)
+        target *= 2  # static friction was too large a part
+    raise BringUpError(
+        f"the rotor moved by {size:.1f} counts, {off:.1f} off a sine of the current's direction; "
+        "check that all phases are connected and that nothing else moves the motor"
+    )
+
+
+def _long_enough(bench: Bench, loop: SafeLoop, target: float, length: int) -> int:
+    """Half periods of a doublet that moves the rotor by so many counts. Raises BringUpError."""
     one = bench.one
-    per_count = one.motor.wave * one.resolution
-    target = max(LEAST_MOVE, LEAST_ANGLE / per_count)
-    quarter, size = SHORTEST, 0.0
-    while size < target:
-        pilots = [_doublet(bench, loop, direction, quarter) for direction in (0.0, np.pi / 2)]
-        size = float(np.hypot(*(pilot[0] for pilot in pilots)))
-        if size < target:
-            quarter = round(quarter * min(GROWTH**3, max(GROWTH, np.sqrt(target / max(size, 1)))))
-        if quarter > LONGEST:
+    while True:
+        pilots = [
+            _doublet(bench, loop, direction, length)
+            for direction in (0.0, np.pi, np.pi / 2, 1.5 * np.pi)
+        ]
+        size = math.hypot(*(pilots[k][0] - pilots[k + 1][0] for k in (0, 2))) / 2
+        if size >= target:
+            return length
+        length = round(length * GROWTH)
+        if length > LONGEST:
             raise BringUpError(
-                f"a current of {SHARE * one.motor.i_max:.3g} A for {LONGEST * LOOP_PERIOD:g} s moved "
+                f"{SHARE * one.motor.i_max:.3g} A for {LONGEST * LOOP_PERIOD:g} s moved "
                 f"the encoder by {size:.1f} counts, {target:.0f} are needed; check motor cable and "
                 "encoder, a closed brake, or enter a larger rated_current"
             )
+
+
+def _fitted(bench: Bench, loop: SafeLoop, length: int) -> tuple[float, float, float, float]:
+    """Angle at count 0 [rad], size of the sine, largest distance from it, largest way [counts]."""
+    per_count = bench.one.motor.wave * bench.one.resolution
     directions = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
     # An opposite direction after each: the rotor stays where it is.
     sequence = [d + turn for d in directions[: DIRECTIONS // 2] for turn in (0.0, np.pi)]
-    found = np.array([_doublet(bench, loop, d, quarter) for d in sequence])
-    moves, at, largest = found.T
+    moves, at, largest = np.array([_doublet(bench, loop, d, length) for d in sequence]).T
     angles = np.array(sequence) - per_count * at
     basis = np.stack([np.cos(angles), np.sin(angles), np.ones(DIRECTIONS)], axis=1)
     fit, *_ = np.linalg.lstsq(basis, moves, rcond=None)
-    size, off = float(np.hypot(*fit[:2])), float(np.abs(moves - basis @ fit).max())
-    if off > MOST_OFF * size + 2.0:
-        raise BringUpError(
-            f"the rotor moved by {size:.1f} counts, {off:.1f} off a sine of the current's "
-            "direction; check that all phases are connected and that nothing else moves the motor"
-        )
     # moves = size * sin(direction - angle)
-    return Still(wrapped(np.arctan2(-fit[0], fit[1])), float(largest.max() * per_count))
+    angle, size = wrapped(np.arctan2(-fit[0], fit[1])), float(np.hypot(*fit[:2]))
+    return angle, size, float(np.abs(moves - basis @ fit).max()), float(largest.max())
 
 
 def _doublet(
-    bench: Bench, loop: SafeLoop, direction: float, quarter: int
+    bench: Bench, loop: SafeLoop, direction: float, length: int
 ) -> tuple[float, float, float]:
-    """Size of the move along that of a body without friction, counts before, largest way."""
-    signs = np.repeat([1.0, -1.0, -1.0, 1.0], quarter)
-    rest = np.zeros(max(2 * quarter, 2 * MILLISECOND))
-    profile = np.concatenate([signs, rest])
-    shape = np.cumsum(np.cumsum(profile)) / quarter**2
-    size = SHARE * bench.one.motor.i_max * profile
+    """Size of the move along the bump [counts], counts before, largest way."""
+    one = bench.one
+    u = np.pi * (np.arange(length) + 0.5) / length
+    profile = np.zeros(length + max(length // 2, 2 * MILLISECOND))
+    profile[:length] = 3 * (np.sin(u) * np.cos(u)) ** 2 - np.sin(u) ** 4
+    slope = RISE * one.U_dc * length * LOOP_PERIOD / (STEEPEST * loop.inductance)
+    size = min(SHARE * one.motor.i_max, slope) * profile
     orders = {"i_alpha": size * np.cos(direction), "i_beta": size * np.sin(direction)}
     counts = bench.run(bench.orders(len(profile), **orders, **loop.gains)).counts
-    moved = counts - counts[0]
-    ideal, seen = shape[: 4 * quarter], moved[: 4 * quarter]
-    return float(ideal @ seen / (ideal @ ideal)), float(counts[0]), float(np.abs(moved).max())
+    moved, ideal = (counts - counts[0])[:length], np.sin(u) ** 4
+    # The way that stays, by friction, is no part of the bump.
+    basis = np.stack([ideal, np.linspace(0, 1, length)], axis=1)
+    fit, *_ = np.linalg.lstsq(basis, moved, rcond=None)
+    return float(fit[0]), float(counts[0]), float(np.abs(counts - counts[0]).max())
 
 
 def eased(n: int) -> NDArray[np.float64]:

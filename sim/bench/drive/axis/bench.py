@@ -20,9 +20,9 @@ from sim.bench.drive.axis.motor_file import GAIN_ERROR, OFFSET, OneMotor
 from sim.bench.drive.axis.programs import Program, bench_library, program
 from sim.bench.drive.chain import OPTIONS
 from sim.bench.drive.plant import FRICTION, INVERTER, MOTOR, PARAMETERS
-from sim.bench.drive.start_up import OVERCURRENT, WINDOW, dead_clocks
-from sim.laws.drive.clocks import CLOCK, HALF_PERIOD, LOOP_PERIOD
-from sim.laws.drive.current_law import MAGIC, Setting, current_law
+from sim.bench.drive.start_up import OVERCURRENT, WINDOW, least_clocks
+from sim.laws.drive.clocks import CLOCK, LOOP_PERIOD
+from sim.laws.drive.current_law import MAGIC, current_law
 from sim.laws.drive.start_up_law import ORDERS, start_up_law
 from sim.robot.drives import Motor
 
@@ -86,8 +86,7 @@ class Bench:
         self._lib.bench_halves.argtypes = [pointer, pointer, u32, pointer, u32]
         self._lib.bench_truth.argtypes = [pointer] * 2
         record = _record(plant, angle)
-        least = dead_clocks(one) + round(one.delay_on / CLOCK)
-        rest = np.array([plant.inertia, 0.0, at, WINDOW, END, least], dtype=float)
+        rest = np.array([plant.inertia, 0.0, at, WINDOW, END, least_clocks(one)], dtype=float)
         self._handle = self._lib.bench_new(record.ctypes.data, rest.ctypes.data)
         self.scale = one.current_scale * one.setting().ampere_per_count
         self.zeros = np.zeros(2)  # samples without current [counts]
@@ -193,7 +192,9 @@ class Bench:
 
 def current_program(one: OneMotor, motor: Motor, crossover: float) -> Compiled:
     """The existing current law for one axis, its gains from these values of the motor."""
-    return compile_law(current_law(Believed(one, motor), one.setting(0.0, crossover), (0,)), OPTIONS)
+    return compile_law(
+        current_law(Believed(one, motor), one.setting(0.0, crossover), (0,)), OPTIONS
+    )
 
 
 class Believed:
@@ -201,7 +202,15 @@ class Believed:
 
     def __init__(self, one: OneMotor, motor: Motor) -> None:
         self.motors = (motor,)
-        for name in ("current_scale", "U_dc", "dead_time", "delay_on", "delay_off", "drop", "f_pwm"):
+        for name in (
+            "current_scale",
+            "U_dc",
+            "dead_time",
+            "delay_on",
+            "delay_off",
+            "drop",
+            "f_pwm",
+        ):
             setattr(self, name, getattr(one, name))
 
     current_scale: float

@@ -102,7 +102,9 @@ def rough_inductance(bench: Bench) -> float:
     volts, rows = 0.01 * one.U_dc, 4
     before: tuple[float, float] | None = None
     while True:
-        pulse = np.concatenate([np.full(rows, volts), np.full(rows, -volts), np.zeros(4 * rows + 20)])
+        pulse = np.concatenate(
+            [np.full(rows, volts), np.full(rows, -volts), np.zeros(4 * rows + 20)]
+        )
         seen = bench.run(bench.orders(len(pulse), u_alpha=pulse)).alpha
         peak = float(seen.max())
         if peak > wanted and before is not None:
@@ -273,9 +275,7 @@ def flux(
     return float(fit[1])
 
 
-def mechanics(
-    bench: Bench, record: Record, angle: float, psi: float
-) -> tuple[float, float, float]:
+def mechanics(bench: Bench, record: Record, angle: float, psi: float) -> tuple[float, float, float]:
     """Inertia, Coulomb and viscous friction, SI units."""
     one = bench.one
     counts, at, speed = travel(bench, record, angle)

@@ -163,15 +163,15 @@ def _checked(content: Mapping[str, Any]) -> dict[str, Any]:
             )
     for name, key in known.items():
         if key.needed and name not in content:
-            raise _Wrong(
-                name, f": missing; add a line {name} = ... in {key.unit}, {key.meaning}"
-            )
+            raise _Wrong(name, f": missing; add a line {name} = ... in {key.unit}, {key.meaning}")
     for first, *others in EITHER:
         names = [name for name in (first, *others) if name in known]
         given = [name for name in names if name in content]
         if len(given) != 1:
             got = f"has {' and '.join(given)}" if given else "missing"
-            raise _Wrong(given[-1] if given else names[0], f": {got}; enter one of {', '.join(names)}")
+            raise _Wrong(
+                given[-1] if given else names[0], f": {got}; enter one of {', '.join(names)}"
+            )
     pairs = content.get("pole_pairs", 1)
     if pairs != int(pairs):
         raise _Wrong("pole_pairs", f" = {pairs}: must be a whole number; poles are pairs")
@@ -233,8 +233,8 @@ def _possible(one: OneMotor, values: Mapping[str, Any]) -> Iterator[tuple[str, b
     constant = "force_constant" if linear else "torque_constant"
     yield (
         *("R", motor.R * rated > 0.6 * circle),
-        f" ohm: the rated current needs {motor.R * rated:.3g} V of the {circle:.3g} V that a bus of "
-        f"{one.U_dc:g} V gives; a smaller rated_current, or a larger bus_voltage",
+        f" ohm: the rated current needs {motor.R * rated:.3g} V of the {circle:.3g} V that a bus "
+        f"of {one.U_dc:g} V gives; a smaller rated_current, or a larger bus_voltage",
     )
     least = min(motor.L_d, motor.L_q)
     ripple = one.U_dc * LOOP_PERIOD / (8 * least)
@@ -270,19 +270,19 @@ def _possible(one: OneMotor, values: Mapping[str, Any]) -> Iterator[tuple[str, b
     force = motor.force_per_ampere * rated
     yield (
         *("friction", STATIC * one.friction.coulomb + motor.cogging > 0.3 * force),
-        f" {one.units[1]}: with static friction of {STATIC:g} times that and the cogging, more than "
-        f"0.3 of the rated {force:.3g} {one.units[1]}; the identification would not move, enter a "
+        f" {one.units[1]}: with static friction of {STATIC:g} times that and the cogging, more "
+        f"than 0.3 of the rated {force:.3g} {one.units[1]}; nothing would move, enter a "
         f"larger {constant} or rated_current",
     )
     yield (
         *("current_range", one.current_scale < OVERCURRENT * rated),
-        f" A: axes trip at {OVERCURRENT:g} of the rated current, {OVERCURRENT * rated:.3g} A, which "
-        "the sensors must show; a larger range or a smaller rated_current",
+        f" A: axes trip at {OVERCURRENT:g} of the rated current, {OVERCURRENT * rated:.3g} A, "
+        "which the sensors must show; a larger range or a smaller rated_current",
     )
     yield (
         *("velocity_bandwidth", one.velocity_bandwidth * SEPARATION > one.current_bandwidth),
-        f" Hz: more than 1/{SEPARATION:g} of current_bandwidth = {one.current_bandwidth:g} Hz; the "
-        f"velocity loop needs a fast current loop, must be <= {one.current_bandwidth / SEPARATION:g}",
+        f" Hz: more than 1/{SEPARATION:g} of current_bandwidth = {one.current_bandwidth:g} Hz; it "
+        f"needs a fast current loop, must be <= {one.current_bandwidth / SEPARATION:g}",
     )
     speed = 0.1 * circle / motor.psi
     yield (

@@ -17,6 +17,7 @@ from asip_asm.files import write_text
 from asip_asm.model.c_code import parameter_macros, struct_members, to_c_code
 from asip_asm.model.compiler import Compiled
 from asip_asm.project import BUILD
+from sim.laws.drive.clocks import MACROS
 from sim.rtl import runtime
 from sim.rtl.build import machine_flag
 
@@ -31,7 +32,9 @@ class Program:
     library: ctypes.CDLL
 
 
-def program(compiled: Compiled, words: int, parameters: Mapping[str, float] | None = None) -> Program:
+def program(
+    compiled: Compiled, words: int, parameters: Mapping[str, float] | None = None
+) -> Program:
     """Built once per content. words: inputs in front of the orders; parameters: as written."""
     law = compiled.law
     prefix = identifier(law.title) or "law"
@@ -48,21 +51,20 @@ def program(compiled: Compiled, words: int, parameters: Mapping[str, float] | No
             write_text(folder / "law.tick.h", header)
             write_text(folder / "law.c", source)
             options = ["-O2", "-fPIC", "-ffp-contract=off", "-shared", *machine_flag(), "-I."]
-            command = [runtime.compiler(), *options, *defines, "-x", "c", "law.c", "-o", path, "-lm"]
-            runtime.run(command, folder)
+            source_file = ["-x", "c", "law.c", "-o", str(path), "-lm"]
+            runtime.run([runtime.compiler(), *options, *defines, *source_file], folder)
             runtime.seal(path)
     loaded = ctypes.CDLL(str(path))
     tick = ctypes.cast(getattr(loaded, f"{prefix}_tick"), ctypes.c_void_p)
     states = len(struct_members(law)["states"])
-    first = np.frombuffer((ctypes.c_float * states).in_dll(loaded, f"{prefix}_initial"), np.float32)
+    values = (ctypes.c_float * states).in_dll(loaded, f"{prefix}_initial")
+    first = np.array(list(values), dtype=np.float32)
     inputs = len(struct_members(law)["inputs"])
-    return Program(tick, first.copy(), inputs - words, loaded)
+    return Program(tick, first, inputs - words, loaded)
 
 
 def bench_library() -> Path:
     """The plant of one axis, built once per content."""
-    from sim.laws.drive.clocks import MACROS
-
     here = Path(__file__).parent
     sources = [here / "axis_bench.cpp", here.parent / "plant.h"]
     texts = [*(file.read_text() for file in sources), *MACROS, runtime.toolchain()]
@@ -72,7 +74,7 @@ def bench_library() -> Path:
         if not runtime.sealed(path):
             folder.mkdir(exist_ok=True)
             options = ["-O2", "-fPIC", "-ffp-contract=off", *machine_flag(), f"-I{here.parent}"]
-            built = ["-std=c++17", "-shared", str(sources[0]), "-o", path]
+            built = ["-std=c++17", "-shared", str(sources[0]), "-o", str(path)]
             runtime.run([runtime.compiler(), *options, *MACROS, *built], folder)
             runtime.seal(path)
     return path
