@@ -25,6 +25,7 @@ OVERRIDE ?=
 TOOLS ?=
 PLATFORMS ?=
 SCOPE ?=
+SPEED ?=
 T ?=
 SEED ?= 1
 JOBS ?= 2
@@ -58,12 +59,12 @@ TOOL_TARGETS := nios-toolchain nios-gdb qemu rs274
 help: ## list targets and variables
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' Makefile
 	@echo "Everything else: .venv/bin/microtick --help (after make setup)"
-	@echo "Variables: GCODE=$(GCODE)  ROBOT=$(ROBOT)  OUTPUT=$(OUTPUT) (folder)  TICKS=$(TICKS) (only the first)  FROM=$(FROM) (line to begin at)  SECONDS=$(SECONDS) (a:b, that part of the motion)  OVERRIDE=$(OVERRIDE) (of the feeds, percent)  TOOLS=$(TOOLS) (tool table)  PLATFORMS=$(PLATFORMS) (fpga1,fpga2,fpga3)"
+	@echo "Variables: GCODE=$(GCODE)  ROBOT=$(ROBOT)  OUTPUT=$(OUTPUT) (folder)  TICKS=$(TICKS) (only the first)  FROM=$(FROM) (line to begin at)  SECONDS=$(SECONDS) (a:b, that part of the motion)  OVERRIDE=$(OVERRIDE) (of the feeds, percent)  TOOLS=$(TOOLS) (tool table)  PLATFORMS=$(PLATFORMS) (fpga1,fpga2,fpga3)  SPEED=$(SPEED) (observer: that program too)"
 	@echo "  RUN=$(RUN) (full: every tick on FPGA1 and FPGA2; plan: path time and estimate only)  T=$(T) (test filter)  SEED=$(SEED)  JOBS=$(JOBS)  PROGRAMS=$(PROGRAMS) (folder of G-code for goals T=linuxcnc)"
 
-run: $(READY) ## the main job: track a path through RTL in closed loop (GCODE, ROBOT, OUTPUT, TICKS, FROM, SECONDS, OVERRIDE, PLATFORMS, SCOPE=1)
+run: $(READY) ## the main job: track a path through RTL in closed loop (GCODE, ROBOT, OUTPUT, TICKS, FROM, SECONDS, OVERRIDE, PLATFORMS, SCOPE=1, SPEED=observer)
 	@exec $(PY) -m sim.bench.run "$(GCODE)" --robot "$(ROBOT)" --output "$(OUTPUT)" $(if $(TICKS),--ticks "$(TICKS)") $(if $(FROM),--from "$(FROM)") $(if $(SECONDS),--seconds "$(SECONDS)") $(if $(OVERRIDE),--override "$(OVERRIDE)") $(if $(TOOLS),--tools "$(TOOLS)") \
-	  $(if $(PLATFORMS),--platforms "$(PLATFORMS)") $(if $(filter full,$(RUN)),--all-ticks) $(if $(filter plan,$(RUN)),--plan-only) $(if $(SCOPE),--scope)
+	  $(if $(PLATFORMS),--platforms "$(PLATFORMS)") $(if $(filter full,$(RUN)),--all-ticks) $(if $(filter plan,$(RUN)),--plan-only) $(if $(SCOPE),--scope) $(if $(SPEED),--speed "$(SPEED)")
 
 test: $(READY) tools-for-tests checks ## every test but the deep campaigns (T=expression, SEED=n, WAVES=1)
 	exec $(PYTEST) -m "not full" $(if $(T),-k "$(T)")
@@ -173,7 +174,7 @@ $(READY_SYNTH): requirements-synth.lock $(READY)
 
 lock: ## refresh the locked requirement files from pyproject.toml and requirements*.in (needs uv on PATH)
 	uv pip compile -q --generate-hashes --no-emit-index-url --no-header --python-version 3.11 \
-	  --extra model --extra scope --extra cluster --extra litex pyproject.toml requirements.in -o requirements.lock
+	  --extra model --extra scope --extra cluster --extra litex --extra editor pyproject.toml requirements.in -o requirements.lock
 	uv pip compile -q --generate-hashes --no-emit-index-url --no-header --python-version 3.11 \
 	  -c requirements.lock requirements-synth.in -o requirements-synth.lock
 

@@ -190,9 +190,14 @@ def build(board: Board, seeds: Sequence[int], console: Console) -> dict[str, Any
 @command("scripts/bitstream.py")
 def main(argv: list[str] | None = None) -> int:
     """Command line; exit 0 if every bitstream is there, 1 if timing is missed or a tool failed."""
-    parser = script_parser(__doc__, "python -m scripts.bitstream ulx3s --seeds 1 2 3")
-    parser.add_argument("boards", nargs="+", choices=tuple(BOARDS), metavar="BOARD")
-    parser.add_argument("--seeds", nargs="+", type=int, default=list(SEEDS), metavar="N")
+    prog = "python -m scripts.bitstream"
+    parser = script_parser(__doc__, f"{prog} ulx3s --seeds 1 2 3", prog)
+    parser.add_argument(
+        "boards", nargs="+", choices=tuple(BOARDS), metavar="BOARD", help=", ".join(BOARDS)
+    )
+    parser.add_argument(
+        "--seeds", nargs="+", type=int, default=list(SEEDS), metavar="N", help="seeds of placement"
+    )
     options = parser.parse_args(argv)
     console = Console(highlight=False)
     missed = []

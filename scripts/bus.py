@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the bus is to reach: measured, in a table, build/bus.json, a page and a capture.
+"""Measure the goals of the bus, to build/bus.json, a page and a capture.
 
     python -m scripts.bus            minutes: short runs; rows that need long ones say so
     python -m scripts.bus --full     100 000 cycles of pysoem, 10 000 of the clocks, the whole path,
                                      100 000 chains, place and route
     python -m scripts.bus --docs     write docs/ethercat.md from build/bus.json
 
-Results of long runs are kept in build/bus for the sources they were measured with: a run that was
-broken off goes on with the row that is missing. Exit status 1 if a goal is missed.
+Results of long runs are cached in build/bus for the sources they were measured with: an interrupted
+run continues with the missing row. Exit status 1 if a goal is missed.
 """
 
 from __future__ import annotations

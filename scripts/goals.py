@@ -4,6 +4,7 @@
     make goals                       list the names
     make goals T=workbench           measure one of them, in its quick form
     make goals T=workbench RUN=full  measure to full depth
+    python -m scripts.goals motion --docs   the table of its page, from build/motion.json
     make goals T="workbench area"    only the producers whose name contains one of the further words
 
 The goals go to the terminal and to build/NAME.json. Goals of producers that a run leaves out keep
@@ -28,7 +29,8 @@ from rich.table import Table
 
 from asip_asm.command import command, command_parser
 from asip_asm.project import ROOT
-from sim.report.goals import Goal, as_json, missed, terminal_table, write_goals
+from sim.report.goals import Goal, as_json, markdown_table, missed, terminal_table, write_goals
+from sim.report.marks import write_between_marks
 
 BUILD = ROOT / "build"
 
@@ -39,11 +41,16 @@ class Area:
 
     producers: name -> "module:function", a function `rows(full: bool) -> Iterator[Goal]`.
     command: "module:main" of a command that measures and writes build/NAME.json by itself.
+    page, mark: the page below docs and the marks there between which `--docs` puts the table of
+    the producers named in `shown`, of all without any.
     """
 
     about: str
     producers: dict[str, str] = field(default_factory=dict)
     command: str = ""
+    page: str = ""
+    mark: str = ""
+    shown: tuple[str, ...] = ()
 
 
 AREAS: dict[str, Area] = {
@@ -73,6 +80,9 @@ AREAS: dict[str, Area] = {
             "samples": "sim.bench.motion.goals_linuxcnc:samples",
             "programs": "sim.bench.motion.goals_linuxcnc:programs",
         },
+        page="ethercat.md",
+        mark="linuxcnc",
+        shown=("machine",),
     ),
     "matrix": Area(
         "Matrix laws: streams, laws on fast, predictive control, policies.",
@@ -80,12 +90,23 @@ AREAS: dict[str, Area] = {
             "matrix product": "sim.bench.matrix_goals:rows",
             "laws on fast": "sim.bench.matrix_law_goals:rows",
             "predictive control": "sim.bench.stream_law_goals:predictive_control",
+            "landing": "sim.bench.stream_law_goals:landing",
             "policies": "sim.bench.stream_law_goals:policies",
+            "area and clock": "scripts.clock_goals:matrix",
         },
     ),
     "motion": Area(
-        "Motion front-end: planner, look-ahead, pulses, interpolators.",
-        command="sim.bench.motion.show:main",
+        "Motion front-end: planner, look-ahead, pulses, interpolators, drives.",
+        {
+            "planner": "sim.bench.motion.goals_planner:rows",
+            "pulses and steps": "sim.bench.motion.goals_rtl:rows",
+            "paths": "sim.bench.motion.goals_lookahead:paths",
+            "random programs": "sim.bench.motion.goals_lookahead:random_paths",
+            "long part": "sim.bench.motion.goals_lookahead:parts",
+            "drives": "sim.bench.motion.goals_drive:rows",
+        },
+        page="motion.md",
+        mark="goals",
     ),
     "nios": Area(
         "Nios II systems: protocols, C programs of others, figures per MHz.",
@@ -142,6 +163,19 @@ AREAS: dict[str, Area] = {
         },
     ),
 }
+
+
+def write_table(name: str) -> None:
+    """Puts the goals of build/NAME.json into the area's page. Raises ValueError, MarksError."""
+    area, file = AREAS[name], BUILD / f"{name}.json"
+    if not area.page:
+        pages = ", ".join(each for each, found in AREAS.items() if found.page)
+        raise ValueError(f"goals '{name}' have no table in a page here; {pages} have")
+    if not file.exists():
+        raise ValueError(f"there is no build/{name}.json: run make goals T={name}")
+    goals = _earlier(file)["goals"]
+    shown = [goal for goal in goals if not area.shown or goal["producer"] in area.shown]
+    write_between_marks(ROOT / "docs" / area.page, {area.mark: markdown_table(shown)})
 
 
 def measure(name: str, place: str, full: bool) -> list[Goal]:
@@ -207,9 +241,14 @@ def measure_area(name: str, words: Sequence[str], full: bool, console: Console) 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Command line."""
     parser = command_parser("make goals", __doc__)
-    parser.add_argument("name", nargs="?", metavar="NAME", help="what to measure")
+    parser.add_argument(
+        "name", nargs="?", metavar="NAME", help="goals to measure; without it, list the names"
+    )
     parser.add_argument("words", nargs="*", help="only producers whose name contains one of these")
-    parser.add_argument("--full", action="store_true", help="to full depth")
+    parser.add_argument("--full", action="store_true", help="measure to full depth")
+    parser.add_argument(
+        "--docs", action="store_true", help="write the table of the page from build/NAME.json"
+    )
     options = parser.parse_args(arguments)
     console = Console(stderr=True, soft_wrap=True)
     if options.name is None:
@@ -222,6 +261,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if options.name not in AREAS:
             raise ValueError(f"no goals '{options.name}'; there are {', '.join(AREAS)}")
         area = AREAS[options.name]
+        if options.docs:
+            write_table(options.name)
+            return 0
         logging.getLogger("asip_asm").setLevel(logging.ERROR)  # Random programs cause warnings.
         if area.command:
             if options.words:

@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Goals of LinuxCNC that drives the machine: `make goals T=linuxcnc`, and their table on the page.
-
-    python -m scripts.linuxcnc_rows      write docs/ethercat.md from build/linuxcnc.json
+"""Goals of LinuxCNC that drives the machine: `make goals T=linuxcnc`.
 
 A quick run plays the first moments of A-G-H; RUN=full plays all of it, hours, and the four faults.
 Results are cached in build/bus for the sources that they were measured with.
@@ -15,17 +13,12 @@ import sys
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from asip_asm.command import command, script_parser
 from asip_asm.project import BUILD, ROOT
 from scripts.bus_rows import BENCH, DEVICE, PROGRAM, ROBOT, TOOL_UM, kept, mark, rtl_of, versions
 from sim.bus.linuxcnc.__main__ import FAULTS
 from sim.bus.linuxcnc.config import missing
-from sim.report.goals import Goal, at_most, exactly, markdown_table, not_measured
-from sim.report.marks import write_between_marks
+from sim.report.goals import Goal, at_most, exactly, not_measured
 
-PAGE = ROOT / "docs/ethercat.md"
-RESULTS = BUILD / "linuxcnc.json"
-PRODUCER = "machine"
 QUICK_S = 0.5
 FULL = "make goals T=linuxcnc RUN=full"
 # LinuxCNC's state, the slave's AL state and code, and the longest time until the brakes close [ms].
@@ -86,17 +79,3 @@ def rows(full: bool) -> Iterator[Goal]:
         return
     good = [fault for fault in FAULTS if defined(played(["--fault", fault]), fault)]
     yield exactly(states, len(good), len(FAULTS), "faults", ", ".join(good))
-
-
-@command("python -m scripts.linuxcnc_rows")
-def main(argv: Sequence[str] | None = None) -> int:
-    """Command line: the table of the page."""
-    script_parser(__doc__ or "", "python -m scripts.linuxcnc_rows").parse_args(argv)
-    goals = json.loads(RESULTS.read_text(encoding="utf-8"))["goals"]
-    found = [goal for goal in goals if goal.get("producer") == PRODUCER]
-    write_between_marks(PAGE, {"linuxcnc": markdown_table(found)})
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

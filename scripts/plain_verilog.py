@@ -30,7 +30,8 @@ PLL = ROOT / "scripts/quartus/altpll.v"
 @command("microtick plain")
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 written, 1 if Yosys refuses a core."""
-    parser = script_parser(__doc__, "python -m scripts.plain_verilog --only asip")
+    prog = "python -m scripts.plain_verilog"
+    parser = script_parser(__doc__, f"{prog} --only asip", prog)
     parser.add_argument("--only", nargs="+", choices=CORES, metavar="MODULE", default=CORES)
     options = parser.parse_args(argv)
     console = Console(soft_wrap=True, highlight=False, markup=False)

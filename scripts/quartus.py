@@ -31,7 +31,8 @@ MISSING = (
 @command("scripts/quartus.py")
 def main(argv: list[str] | None = None) -> int:
     """Command line; exit 0 done, 1 for a missing tool, a failed build or an unreadable report."""
-    script_parser(__doc__, "python scripts/quartus.py").parse_args(argv)
+    prog = "python scripts/quartus.py"
+    script_parser(__doc__, prog, prog).parse_args(argv)
     console = Console()
     tool = shutil.which(TOOL)
     if tool is None:

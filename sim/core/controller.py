@@ -142,8 +142,9 @@ class AsipController:
 class LawController:
     """The computed-torque law in double precision, in the shape that the closed loop drives."""
 
-    def __init__(self, robot: Robot) -> None:
-        self._law = Tracking(robot)
+    def __init__(self, robot: Robot, speed: str = "difference") -> None:
+        """speed: one of `observer.SPEEDS`."""
+        self._law = Tracking(robot, speed)
 
     def prime(self, words: Floats, counts: Counts) -> None:
         """Nothing: the law takes its first measurement as the last one."""

@@ -39,7 +39,7 @@ EPILOG = f"""examples:
   nios-run --timeline law.json --konata law.konata --trace 2000:50000 law.elf
   nios-run --gdb :1234 hello.elf      and then in nios2-elf-gdb: target remote :1234
 
-How to write and compile such a program: docs/own_c_program.md; to debug it: docs/own_c_program.md.
+docs/own_c_program.md explains how to write, compile and debug such a program.
 
 exit status: that of the program (its low 8 bits, 255 if only higher ones are set; 128 + cause
 after an exception that nothing handles), {LIMIT_STATUS} after --max-cycles, {FILE_STATUS} a file

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A simulated core with its debug block behind TCP: the packets of docs/debug_block.md.
+"""Serve a simulated core with its debug block over TCP, by the packets of docs/debug_block.md.
 
     .venv/bin/python -m sim.debug.server PROGRAM --port 2331
 
-Loads the program (source or image) and starts a run every --period clocks until interrupted; inputs
-have the values given with --set, 0 else. One client at a time; the next one may come when it has
-gone. The server listens on the loopback address only. A client must send the server's token first;
+The server loads the program (source or image) and starts a run every --period clocks until it is
+interrupted. Inputs have the values given with --set, or 0. It serves one client at a time, and
+listens on the loopback address only. A client must send the server's token first;
 the client of this project finds the token of a server of the same user by itself.
 """
 
@@ -141,7 +141,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--port", type=int, default=PORT, help=f"default {PORT}; 0: a free one")
     period = round(Robot.load().T_s * 1e6 * default_isa().clock_mhz)
     parser.add_argument("--period", type=int, default=period, help="clocks from run to run")
-    parser.add_argument("--set", action="append", default=[], metavar="NAME=NUMBER")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="NAME=NUMBER", help="input of every run"
+    )
     options = parser.parse_args(arguments)
     try:
         path = options.program

@@ -34,8 +34,8 @@ def add_robot_option(parser: argparse.ArgumentParser, command: str) -> None:
         type=Path,
         default=ROBOT_TOML,
         metavar="FILE",
-        help="parameters of robot and controller (sim/robot.toml); this command does not use "
-        + ", ".join(UNUSED[command]),
+        help=f"parameters of robot and controller (sim/robot.toml); this command does not use "
+        f"{len(UNUSED[command])} of them: last column of docs/robot_parameters.md",
     )
 
 

@@ -39,17 +39,17 @@ class Goal:
 
 def at_most(name: str, value: float, limit: float, unit: str, note: str = "") -> Goal:
     """A value that may not exceed a limit."""
-    return Goal(name, value, unit, f"<= {limit:g}", value <= limit, note)
+    return Goal(name, value, unit, f"<= {limit:g}", bool(value <= limit), note)
 
 
 def at_least(name: str, value: float, limit: float, unit: str, note: str = "") -> Goal:
     """A value that has to reach a limit."""
-    return Goal(name, value, unit, f">= {limit:g}", value >= limit, note)
+    return Goal(name, value, unit, f">= {limit:g}", bool(value >= limit), note)
 
 
 def exactly(name: str, value: float, wanted: float, unit: str, note: str = "") -> Goal:
     """A value that has to be one number."""
-    return Goal(name, value, unit, f"{wanted:g}", value == wanted, note)
+    return Goal(name, value, unit, f"{wanted:g}", bool(value == wanted), note)
 
 
 def not_measured(name: str, target: str, unit: str, cure: str) -> Goal:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Entries of the robot's file that a command does not use; every other entry acts or is refused.
 
-The lists are printed by `--help` and in docs/robot_parameters.md. A test moves every entry and
-compares what the commands compute with these lists.
+The lists are in docs/robot_parameters.md. A test changes every entry and compares the results of
+the commands with these lists.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ Counts = Sequence[int] | NDArray[np.integer]
 
 TRACKING = program_interface("tracking")
 """Inputs and outputs of the tracking law, of every program that computes it."""
-TRACKING_PROGRAMS = ("tracking_as_printed", "tracking_optimised")
+TRACKING_PROGRAMS = ("tracking_as_printed", "tracking_optimised", "tracking_observer")
 MEASURED_STATES = frozenset(
     state.name
     for program in TRACKING_PROGRAMS
@@ -90,7 +90,7 @@ class TrackingResult:
     velocity_d: Any  # desired, (8), (19)
     acceleration_d: Any  # desired, (9)-(11), (20)
     position: Any  # measured
-    velocity: Any  # measured, difference over T_s
+    velocity: Any  # measured, difference over T_s or an observer's
     tool: Any  # x, y, z of the measured lengths, (14)-(15)
     e: Any
     e_v: Any

@@ -3,7 +3,8 @@
 
 `Tracking.step` advances one tick in Python floats, for closed loops; `run` evaluates a recorded
 path at once, for comparisons. Both start from the same state: s_c = 0, sign 0, previous counts
-equal to the first counts. They agree up to rounding.
+equal to the first counts. They agree up to rounding. speed: one of `observer.SPEEDS`; the paper's
+law takes the difference of two counts.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sim.robot import dynamics, integrator, kinematics
+from sim.robot.observer import Observer, checked_speed, observed
 from sim.robot.parameters import Robot
 from sim.robot.records import Counts, Floats, SetPoints, TrackingResult, checked_counts
 
@@ -22,8 +24,10 @@ from sim.robot.records import Counts, Floats, SetPoints, TrackingResult, checked
 class Tracking:
     """The law with its state between ticks."""
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Robot, speed: str = "difference") -> None:
+        """Raises ValueError for an unknown speed."""
         self._robot = robot
+        self._observer = Observer(robot) if checked_speed(speed) == "observer" else None
         self._integrators = [integrator.Integrator(robot, axis) for axis in range(5)]
         self._before: Sequence[int] | None = None
 
@@ -50,7 +54,11 @@ class Tracking:
         scale = robot.resolution
         position = tuple(q * int(n) for q, n in zip(scale, counts, strict=True))
         previous = tuple(q * int(n) for q, n in zip(scale, before, strict=True))
-        velocity = tuple((p - b) / robot.T_s for p, b in zip(position, previous, strict=True))
+        if self._observer is None:
+            velocity = tuple((p - b) / robot.T_s for p, b in zip(position, previous, strict=True))
+        else:
+            moved = [int(n) - int(b) for n, b in zip(counts, before, strict=True)]
+            velocity = self._observer.correct(moved)
         legs = position[:3]
         x, y, z2 = kinematics.height2_of(robot, *legs)
         if z2 < 0.0:
@@ -68,17 +76,14 @@ class Tracking:
         mass = (*dynamics.reduced_masses_of(robot, *legs), robot.J_44, robot.J_55)
         tilt = robot.r_4 * robot.m_4 * robot.g * math.sin(position[3])
         gravity = (*dynamics.gravity_of(robot, tool, legs, m_z), tilt, 0.0)
-        demand = tuple(
-            mass[i]
-            * (
-                acceleration_d[i]
-                + robot.K_P[i] * e[i]
-                + robot.K_V[i] * e_v[i]
-                + robot.K_I[i] * s_c[i]
-            )
-            + gravity[i]
+        asked = [
+            acceleration_d[i] + robot.K_P[i] * e[i] + robot.K_V[i] * e_v[i] + robot.K_I[i] * s_c[i]
             for i in range(5)
-        )
+        ]
+        if self._observer is not None:
+            asked = [a - p for a, p in zip(asked, self._observer.taken_off, strict=True)]
+            self._observer.predict(asked)
+        demand = tuple(mass[i] * asked[i] + gravity[i] for i in range(5))
         output = tuple(
             min(max(d, -limit), limit) for d, limit in zip(demand, robot.output_max, strict=True)
         )
@@ -118,23 +123,23 @@ def joint_path(robot: Robot, path: SetPoints) -> tuple[kinematics.Array, ...]:
     return tuple(np.concatenate(both, axis=1) for both in zip(legs, table, strict=True))
 
 
-def run(robot: Robot, path: SetPoints, counts: ArrayLike) -> TrackingResult:
+def run(
+    robot: Robot, path: SetPoints, counts: ArrayLike, speed: str = "difference"
+) -> TrackingResult:
     """The law over a recorded path from the start state.
 
     path: N ticks of set-points; counts: encoder counts (N, 5), integers of 32 bits. Returns arrays.
-    Raises ValueError for counts of another shape or type, WorkspaceError naming the tick if the
-    measured legs meet nowhere.
+    Raises ValueError for counts of another shape or type or an unknown speed, WorkspaceError naming
+    the tick if the measured legs meet nowhere.
     """
+    checked_speed(speed)
     counts = checked_counts(counts, len(path))
     position_d, velocity_d, acceleration_d = joint_path(robot, path)
     position = np.array(robot.resolution) * counts
-    velocity = np.zeros_like(position)
-    velocity[1:] = np.diff(position, axis=0) / robot.T_s
     legs = position[:, :3]
     tool = kinematics.forward(robot, legs)
 
     e = position_d - position
-    e_v = velocity_d - velocity
     sign = integrator.signs(velocity_d)
     ticks = integrator.ticks_since_reversal(sign, robot.boost_ticks)
     phi_c = integrator.boosts(robot, ticks, e)
@@ -147,7 +152,15 @@ def run(robot: Robot, path: SetPoints, counts: ArrayLike) -> TrackingResult:
         axis=1,
     )
     k_p, k_v, k_i = (np.array(gain) for gain in (robot.K_P, robot.K_V, robot.K_I))
-    demand = mass * (acceleration_d + k_p * e + k_v * e_v + k_i * s_c) + gravity
+    if speed == "observer":
+        at_rest = acceleration_d + k_p * e + k_v * velocity_d + k_i * s_c
+        states = observed(robot, counts, at_rest)
+        velocity, known = states.speed, acceleration_d - states.taken_off
+    else:
+        velocity, known = np.zeros_like(position), acceleration_d
+        velocity[1:] = np.diff(position, axis=0) / robot.T_s
+    e_v = velocity_d - velocity
+    demand = mass * (known + k_p * e + k_v * e_v + k_i * s_c) + gravity
     limit = np.array(robot.output_max)
     return TrackingResult(
         position_d=position_d,

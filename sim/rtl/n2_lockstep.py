@@ -228,7 +228,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     purpose = "Run ELF programs on the Nios II core and QEMU in lockstep."
     parser = script_parser(purpose, f"{prog} build/nios_sw/tests/sieve.elf", prog)
     parser.add_argument("elf", type=Path, nargs="+", help="linked for the system's memory map")
-    parser.add_argument("--most", type=int, default=10_000_000, help="instructions, then give up")
+    parser.add_argument(
+        "--most", type=int, default=10_000_000, help="give up after this many instructions"
+    )
     options = parser.parse_args(arguments)
     core = N2Rtl()
     failed = False

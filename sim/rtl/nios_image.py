@@ -193,7 +193,7 @@ def save(program: Program, folder: Path) -> list[Path]:
 def main(arguments: list[str] | None = None) -> int:
     """Command line; returns the exit status."""
     prog = "python -m sim.rtl.nios_image"
-    purpose = "Memories for $readmemh and a listing, of a program of the Nios II systems."
+    purpose = "Write memories for $readmemh and a listing of a program of the Nios II systems."
     parser = script_parser(purpose, f"{prog} tracking_fpga2 --output build/images", prog)
     parser.add_argument("program", nargs="+", help="committed program by its name, or ELF file")
     parser.add_argument("--output", type=Path, default=BUILD / "images", help="folder of the files")

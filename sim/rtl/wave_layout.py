@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Layouts of waves for GTKWave and Surfer: stages of the pipeline, operands, source lines.
+"""Write layouts of waves for GTKWave and Surfer: pipeline stages, operands, source lines.
 
     python -m sim.rtl.wave_layout build/waves/asip-1.fst --program law.asip.json
     python -m sim.rtl.wave_layout build/waves/n2_system-1.fst --program hello.elf
 
-writes beside the FST: NAME.gtkw (GTKWave's save file) and NAME.sucl (a file of Surfer's commands),
-both with operands as binary32 numbers; with a program also NAME.source.txt and
-.surfer/mappings/NAME.txt, by which GTKWave and Surfer show the source line at each program counter.
-A test that writes waves makes the first two by itself. A signal belongs to the stage that its name
-ends with (`opa_e1_q`: E1).
+The command writes NAME.gtkw (GTKWave's save file) and NAME.sucl (Surfer's commands) next to the FST
+file, both with operands as binary32 numbers. With a program it also writes NAME.source.txt and
+.surfer/mappings/NAME.txt, with which GTKWave and Surfer show the source line at each program
+counter. A test that writes waves writes the first two by itself. A signal belongs to the stage that
+its name ends with (`opa_e1_q`: E1).
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ from tests.asip.tracking_path import reversing_path
 ROOT = Path(__file__).parents[2]
 PROGRAMS = {
     name: ROOT / "asip_asm" / "programs" / f"tracking_{name}.s"
-    for name in ("as_printed", "optimised")
+    for name in ("as_printed", "optimised", "observer")
 }
 TICKS = 600
 ERRORS = ("e1", "e2", "e3", "e4", "e5")
@@ -48,6 +48,11 @@ def motion(robot):
 @pytest.fixture(scope="module")
 def reference(robot, motion):
     return tracking.run(robot, *motion)
+
+
+def speed_of(program: str) -> str:
+    """Where a program takes speeds from."""
+    return "observer" if program == "observer" else "difference"
 
 
 @pytest.fixture(scope="module")
@@ -87,9 +92,11 @@ def test_motion_shows_every_branch_of_the_integrator_and_no_doubtful_sign(robot,
     assert np.all(np.abs(reference.demand) < np.array(robot.output_max))
 
 
-def assert_run_within_bounds(robot, motion, rows, optimised: bool) -> None:
-    reference = tracking.run(robot, *motion)
-    limit = bounds(robot, motion[0], reference, optimised)
+def assert_run_within_bounds(robot, motion, rows, program: str) -> None:
+    speed = speed_of(program)
+    reference = tracking.run(robot, *motion, speed)
+    counts = motion[1] if speed == "observer" else None
+    limit = bounds(robot, motion[0], reference, program != "as_printed", counts)
     for names, want, bound in (
         (POSITIONS, reference.position_d, limit.position),
         (VELOCITIES, reference.velocity_d, limit.velocity),
@@ -106,7 +113,7 @@ def assert_run_within_bounds(robot, motion, rows, optimised: bool) -> None:
 def test_every_tick_agrees_with_the_reference_within_the_derived_bounds(
     robot, motion, runs, program
 ):
-    assert_run_within_bounds(robot, motion, runs[program].rows, program == "optimised")
+    assert_run_within_bounds(robot, motion, runs[program].rows, program)
 
 
 def test_another_robot_needs_only_other_parameters(robot, program):
@@ -116,7 +123,7 @@ def test_another_robot_needs_only_other_parameters(robot, program):
     image = assemble(PROGRAMS[program], optimise=False, defines=other).to_json()
     exports = (*ERRORS, *MASSES, *GRAVITIES)
     rows = run_path(image, changed, *motion, exports).rows
-    assert_run_within_bounds(changed, motion, rows, program == "optimised")
+    assert_run_within_bounds(changed, motion, rows, program)
 
 
 def test_as_printed_gives_the_bits_of_the_pc_in_every_derivative(robot, motion, runs):
@@ -134,7 +141,8 @@ def test_outputs_are_no_worse_than_the_pc_as_printed_and_ten_times_better_optimi
         want = reference.row(name)
         of_pc = np.max(np.abs(pc.row(name) - want))
         as_printed, optimised = (
-            np.max(np.abs(runs[program].rows[name] - want)) for program in PROGRAMS
+            np.max(np.abs(runs[program].rows[name] - want))
+            for program in ("as_printed", "optimised")
         )
         assert as_printed <= of_pc, name
         assert optimised <= of_pc / 10, name
@@ -212,7 +220,7 @@ def test_outputs_saturate_at_the_limits_of_the_drives(robot, motion, images, pro
 
 def test_integrators_saturate_at_their_bounds(robot, motion, images, program):
     path, counts = motion
-    name = {"as_printed": "s_c", "optimised": "integral"}[program]
+    name = "s_c" if program == "as_printed" else "integral"
     for sign in (1, -1):
         iss = Iss(images[program])
         away = counts[0] - sign * np.array((400, 400, 400, 400, 400))
@@ -244,3 +252,9 @@ def test_optimised_program_is_short(runs):
     for mnemonic, count in runs["optimised"].operations.items():
         slots[default_isa().operations[mnemonic].unit == "fma"] += count
     assert slots[True] <= 180 and slots[False] <= 78
+
+
+def test_observers_cost_fifty_operations(runs):
+    """Ten of each axis: three of the correction, one of the pull, one less of the speed's error."""
+    more, less = (sum(runs[name].operations.values()) for name in ("observer", "optimised"))
+    assert more - less == 50

@@ -80,7 +80,7 @@ def test_registers_of_random_programs(seed, configuration, optimise):
     assert held > 2000 and overwritten > 100
 
 
-@pytest.mark.parametrize("name", ["tracking_optimised", "tracking_as_printed"])
+@pytest.mark.parametrize("name", ["tracking_optimised", "tracking_as_printed", "tracking_observer"])
 def test_every_value_of_the_law_at_every_bundle(name):
     written: dict = {}
     run_written(parse_program(PROGRAMS / f"{name}.s"), written)

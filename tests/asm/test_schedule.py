@@ -206,7 +206,9 @@ def test_nops__stand_only_where_an_early_issue_would_cost_cycles_at_the_write_po
 
 
 @pytest.mark.parametrize("configuration", MACHINES)
-@pytest.mark.parametrize("name", ["tracking_as_printed.s", "tracking_optimised.s"])
+@pytest.mark.parametrize(
+    "name", ["tracking_as_printed.s", "tracking_optimised.s", "tracking_observer.s"]
+)
 def test_controller_programs__are_within_8_percent_of_the_lower_bound(name, configuration):
     machine = MACHINES[configuration]
     program = parse_program(PROGRAMS / name, configuration=configuration)

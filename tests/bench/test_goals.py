@@ -115,6 +115,22 @@ def test_command__names_what_there_is(area, capsys):
     assert command.main(["made up", "third"]) == 2 and "first, second" in capsys.readouterr().err
 
 
+def test_docs__table_from_the_file_into_the_page(area, monkeypatch, tmp_path, capsys):
+    page = tmp_path / "docs/page.md"
+    page.parent.mkdir()
+    page.write_text("a\n<!-- rows: written by x -->\nold\n<!-- end of rows -->\nb\n")
+    shown = command.Area("one", page="page.md", mark="rows", shown=("first",))
+    monkeypatch.setitem(command.AREAS, "shown", shown)
+    monkeypatch.setattr(command, "ROOT", tmp_path)
+    assert command.main(["shown", "--docs"]) == 2 and "make goals" in capsys.readouterr().err
+    assert command.main(["made up", "--docs"]) == 2 and "shown have" in capsys.readouterr().err
+    assert command.main(["made up"]) == 0
+    (tmp_path / "made up.json").rename(tmp_path / "shown.json")
+    assert command.main(["shown", "--docs"]) == 0
+    text = page.read_text()
+    assert "| one | 1 | <= 1 |" in text and "two" not in text and "old" not in text
+
+
 def test_areas__every_place_exists():
     for name, found in command.AREAS.items():
         for place in filter(None, [found.command, *found.producers.values()]):

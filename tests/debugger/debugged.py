@@ -11,12 +11,12 @@ from sim.debug.asip_dbg.program import DebuggedProgram
 from sim.debug.asip_dbg.session import Session
 from sim.debug.asip_dbg.target import Target
 
-LEG, LOOP, ENDLESS, STORES = (
-    Path(__file__).with_name(f"{name}.s") for name in ("leg", "loop", "endless", "stores")
+LEG, LOOP, ENDLESS, STORES, LANES = (
+    Path(__file__).with_name(f"{name}.s") for name in ("leg", "loop", "endless", "stores", "lanes")
 )
 INPUTS = {"x": 0.3, "y": 0.1, "z": 0.2, "l": 0.45}
 """Of leg.s."""
-VALUES = INPUTS | {"scale": 2.0}
+VALUES = INPUTS | {"scale": 2.0, "x0": 1.0, "x1": 2.0}
 """Of all the programs."""
 
 

@@ -41,7 +41,7 @@ def test_page__of_missing_or_partial_results__stays(tmp_path, monkeypatch) -> No
 
 
 def test_results__without_a_goal__are_a_part() -> None:
-    assert not all_goals({"goals": [{"ours": "1"}, {"ours": ""}]})
+    assert not all_goals({"goals": [{"met": True}, {"met": None}]})
 
 
 @needs("bitwuzla")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proves the arithmetic units; writes build/formal/report.json and the table of docs/formal.md."""
+"""Run the proofs of arithmetic units and front-ends; write build/formal/report.json."""
 
 from __future__ import annotations
 
@@ -163,13 +163,17 @@ def main(argv: Sequence[str] | None = None) -> int:
     prog = "python -m tests.formal"
     parser = script_parser(__doc__, f"{prog} --only add compare --timeout 600", prog)
     names = [proof.name for proof in PROOFS]
-    parser.add_argument("--only", nargs="+", metavar="PROOF", help="these proofs; see --list")
-    parser.add_argument("--quick", action="store_true", help="only the short proofs")
-    parser.add_argument("--list", action="store_true", help="list the proofs and end")
-    parser.add_argument("--timeout", type=float, metavar="S", help="seconds per case")
-    parser.add_argument("--again", action="store_true", help="retry what is not proved")
     parser.add_argument(
-        "--check-can-fail", action="store_true", help="plant the faults: each must be refuted"
+        "--only", nargs="+", metavar="PROOF", help="only these proofs; --list names them"
+    )
+    parser.add_argument("--quick", action="store_true", help="only the short proofs")
+    parser.add_argument("--list", action="store_true", help="list the proofs and exit")
+    parser.add_argument("--timeout", type=float, metavar="S", help="seconds per case")
+    parser.add_argument("--again", action="store_true", help="retry proofs that have not succeeded")
+    parser.add_argument(
+        "--check-can-fail",
+        action="store_true",
+        help="plant faults in the RTL: each proof must fail on its own",
     )
     parser.add_argument("--docs", action="store_true", help="write the table of docs/formal.md")
     options = parser.parse_args(argv)

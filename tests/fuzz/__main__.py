@@ -39,9 +39,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "campaign", nargs="*", help=f"campaigns (default: all): {', '.join(CAMPAIGNS)}"
     )
     parser.add_argument("--cases", type=int, metavar="N", help="cases of each (default: full set)")
-    parser.add_argument("--seed", type=int, default=1, help="of the mutations (default: 1)")
-    parser.add_argument("--replay", type=int, metavar="N", help="run case N only, files stay")
-    parser.add_argument("--output", type=Path, default=REPORT, help=f"(default: {REPORT})")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the mutations (default: 1)")
+    parser.add_argument(
+        "--replay", type=int, metavar="N", help="run only case N, and leave its files"
+    )
+    parser.add_argument(
+        "--output", type=Path, default=REPORT, help=f"file written (default: {REPORT})"
+    )
     options = parser.parse_args(arguments)
     for name in options.campaign:
         if name not in CAMPAIGNS:

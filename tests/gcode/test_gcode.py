@@ -81,7 +81,7 @@ def test_arc__programmed_in_inches__has_the_tolerance_of_inches():
 # Text, line, column, offending text, and parts of what, expected and help.
 MISTAKES = {
     "unknown G": ("G77 X1\nM2", 1, 1, "G77", "G77 is not a known", "a G word", "remove"),
-    "G of others": ("G70 X1\nM2", 1, 1, "G70", "G70, a lathe cycle", "a G word", "no lathe"),
+    "G of others": ("G76 X1\nM2", 1, 1, "G76", "G76, a lathe cycle", "a G word", "no lathe"),
     "G near a known one": ("G59.4\nM2", 1, 1, "G59.4", "G59.4 is not", "a G word", "mean G59"),
     "fractional G": ("G1.5 X1\nM2", 1, 1, "G1.5", "G1.5 is not", "a G word", "did you mean G1?"),
     "unknown M": ("M31\nM2", 1, 1, "M31", "M31 is not a known word", "an M word", "remove"),

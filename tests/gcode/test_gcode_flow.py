@@ -332,12 +332,12 @@ MISTAKES = {
         "o1 if [1] (a\nG0 E1\no1 endif\nM2", 1, 11, "(a", "comment is not closed", ")",
     ),
     "mistake before a mistake": (
-        "G0 E1\no1 if [1/0]\no1 endif\nM2", 1, 4, "E1", "E, an extruder", "one of",
+        "G0 V1\no1 if [1/0]\no1 endif\nM2", 1, 4, "V1", "V, an axis along Y", "one of",
     ),
     "value read only": ("#<_value>=1\nM2", 1, 1, "#<_value>=1", "read only", "another"),
     "after a word": ("G0 X1\n#1=3 o1 if [1]\nM2", 2, 6, "o1 if [1]", "after other words", "first"),
     "mistake inside": (
-        "o1 repeat [3]\nG0 E1\no1 endrepeat\nM2", 2, 4, "E1", "E, an extruder", "one of",
+        "o1 repeat [3]\nG0 V1\no1 endrepeat\nM2", 2, 4, "V1", "V, an axis along Y", "one of",
     ),
     "end missing": ("o1 repeat [2]\nG0 X1\no1 endrepeat", 3, 13, "", "has no end", "M2"),
     "percent in a loop": ("%\no1 while [0]\n%\no1 endwhile\nM2", 2, 1, "o1 while", "closed", "o1"),

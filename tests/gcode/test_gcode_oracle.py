@@ -319,6 +319,7 @@ def test_samples_of_linuxcnc__read_alike_or_refused_by_name(samples):
         *("toplevel.ngc", "tort.ngc", "comp.ngc", "skeleton.ngc", "systems.ngc"),
         *("gmoccapy_2_tools_with_cutter_radius_compensation.ngc", "useful-subroutines.ngc"),
     }
+    assert {"lathe_g7x_face_boring.ngc", "lathe_g7x_quadrants.ngc"} <= set(found.equal)
     assert {"gridprobe.ngc", "smartprobe.ngc", "threading.ngc"} <= set(found.equal)
     assert all(
         "not supported" in reason or "B, an axis" in reason for reason in found.refused.values()

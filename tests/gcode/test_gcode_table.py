@@ -27,6 +27,14 @@ TOOLS = {
 UNUSED = {word for words, _ in IGNORED for word in words.split()}
 CODES = [code for codes in GROUPS.values() for code in codes if code not in UNUSED]
 CORNER = "G1 X3 F6000\n{}\nX6 Y2\nY5"
+CONTOURS = (
+    "F6000 G18\nG0 X9 Z602\no1 sub\nG0 X3\nG1 Z600\nX2 Z599\nX4 Z598\nX2 Z596\nX6 Z594\no1 endsub\n"
+    "o2 sub\nG0 X2\nG1 Z600\nX1 Z599\nX4 Z598\nX2 Z596\nX6 Z593\no2 endsub\n{}"
+)
+FACES = (
+    "F6000 G18\nG0 X9 Z602\no1 sub\nG0 Z597\nG1 X7\nZ596 X6\nX4 Z598\nZ596 X3\nZ600 X1\no1 endsub\n"
+    "o2 sub\nG0 Z597\nG1 X7\nZ595 X6\nX4 Z598\nZ596 X3\nZ600 X0\no2 endsub\n{}"
+)
 SHIFTED = "G92 X2 Y2 Z601 A1 C1\n{}\nG0 X3 Y3 Z602 A2 C2"
 
 # Word: what to write instead of it ("" for nothing) and programs, in which {} is its block, as
@@ -86,6 +94,13 @@ PROGRAMS = {
     ),
     "G83": (
         "G81", "F6000\n{}|G83 X1 Y1 Z600 R602 L2 Q0.7", "F6000 G1 X3\n{}|G83 @3 ^5 Z600 R602 Q1",
+    ),
+    "G70": ("", f"{CONTOURS}|G70 Q1 X8 Z602 D0.5 E0.1 P2 | D0.5->0.8 E0.1->0.3"),
+    **dict.fromkeys(
+        ("G71", "G71.1", "G71.2"), ("", f"{CONTOURS}|%s Q1 X8 Z602 D0.3 I1.5 R0.4 | D0.3->0.5")
+    ),
+    **dict.fromkeys(
+        ("G72", "G72.1", "G72.2"), ("", f"{FACES}|%s Q1 X9 Z602 D0.3 I1.5 R0.4 | D0.3->0.5")
     ),
     "G17": ("", "F6000 G18\n{}|G17\nG2 X2 R1"),
     "G18": ("", "F6000\n{}|G18\nG2 X2 R1"),

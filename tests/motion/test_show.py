@@ -25,7 +25,7 @@ QUICK = {"v0": "30", "vm": "200", "tr": "0.02", "tm": "0.005", "length": "8"}
 
 
 def test_quick_show__table_page_and_results_of_every_present_module(tmp_path, capsys):
-    arguments = ["--no-rtl", "--no-robot", "--no-goals", "--output", str(tmp_path)]
+    arguments = ["--no-rtl", "--no-robot", "--output", str(tmp_path)]
     assert show.main(arguments) == 0
     printed = capsys.readouterr().out
     document = json.loads((tmp_path / "results.json").read_text())

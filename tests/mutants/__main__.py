@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Shows that the short set finds every planted fault; writes build/mutants/report.json."""
+"""Check that the short set finds every planted fault; write build/mutants/report.json."""
 
 from __future__ import annotations
 
@@ -79,7 +79,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--show", metavar="FAULT", help="the failing case of one fault, and stop")
     parser.add_argument("--jobs", type=int, default=2, help="processes")
     parser.add_argument("--table", type=Path, default=TABLE, help="another table of faults")
-    parser.add_argument("--report", type=Path, default=REPORT, help="where verdicts are kept")
+    parser.add_argument(
+        "--report", type=Path, default=REPORT, help="file of the verdicts, read and written"
+    )
     options = parser.parse_args(argv)
     try:
         faults = load(options.table)
@@ -95,7 +97,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.stderr.write(f"{error}\n")
         return 1
     except KeyboardInterrupt:
-        console.print("stopped; verdicts are kept, the same command goes on from here")
+        console.print("stopped; the verdicts are saved, and the same command continues from here")
         return 130
     console.print(table(chosen, verdicts))
     for problem in problems:

@@ -64,7 +64,7 @@ for name in verbs.verbs(verbs.offered()):
     found[name] = status, said.getvalue()
 print(json.dumps(found))
 """
-NEED_AN_EXTRA = {"model", "mpc", "cocotb", "linuxcnc", "robots", "side-by-side"}
+NEED_AN_EXTRA = {"model", "mpc", "cocotb", "linuxcnc", "lsp", "robots", "side-by-side"}
 OF_THE_EXTRA = (
     *("microtick.asip_asm.model.", "microtick.sim.laws."),
     *("microtick.sim.bench.platforms.", "microtick.sim.bench.shown_robots."),
@@ -80,6 +80,7 @@ OF_THE_BUS = [  # the extra `bus`
         *("path_page", "path_run", "pysoem_master", "redundant", "session"),
     )
 ]
+OF_THE_EDITOR = ["microtick.sim.debug.language_server"]  # the extra `editor`
 OF_LITEX = ["microtick.sim.rtl.litex"]  # the extra `litex`
 OF_COCOTB = [  # the extra `cocotb`
     f"microtick.sim.cocotb.{module}"
@@ -206,7 +207,8 @@ def test_verbs__of_the_wheel__explain_themselves_or_name_the_extra(installed: In
     assert set(found) == set(wanted) and not set(found) & set(verbs.verbs(verbs.OF_A_CHECKOUT))
     for name, (status, said) in found.items():
         if status == 1:
-            assert re.search(r"pip install 'microtick\[(model|scope|bus|cocotb)\]'", said), said
+            extra = re.search(r"pip install 'microtick\[(\w+)\]'", said)
+            assert extra and extra[1] in verbs.EXTRAS.values(), said
         else:
             assert status == 0 and said.startswith(f"usage: microtick {name} "), said
     assert {name for name, (status, _) in found.items() if status} <= NEED_AN_EXTRA
@@ -220,7 +222,7 @@ def test_every_module__in_the_empty_environment__is_imported_or_needs_the_extra(
     assert found["imported"] > 150 and found["foreign"] == []
     assert not Path(found["place"]).is_relative_to(ROOT)
     assert all(
-        module.startswith((*OF_THE_EXTRA, *OF_THE_BUS, *OF_COCOTB, *OF_LITEX))
+        module.startswith((*OF_THE_EXTRA, *OF_THE_BUS, *OF_COCOTB, *OF_LITEX, *OF_THE_EDITOR))
         for module in found["missed"]
     ), found["missed"]
 
@@ -284,7 +286,7 @@ def test_asip_model__with_its_extra__writes_a_program(with_model: Installed) -> 
     installed, folder = with_model, with_model.folder
     assert (
         json.loads(installed.must("python", "-c", IMPORT_ALL))["missed"]
-        == OF_THE_BUS + OF_COCOTB + OF_LITEX
+        == OF_THE_BUS + OF_COCOTB + OF_THE_EDITOR + OF_LITEX
     )
     installed.must("python", "-c", LAW)
     (folder / "law.interface.toml").write_text(INTERFACE, encoding="utf-8")
@@ -312,7 +314,9 @@ def test_your_robot__word_for_word_with_the_wheel(
     said = output("sh", "-e", "page.sh", cwd=work, env=environment, timeout=900)
     assert said.count("bits equal the interpreter's") == 10
     assert "200 ticks: bits equal the exact interpreter's" in said  # microtick mpc
-    assert len(re.findall("^proved$", said, re.M)) == 8
+    assert "40 ticks: bits equal the exact interpreter's" in said  # with a cone
+    assert "distance from the optimum (Clarabel), 100 initial states" in said
+    assert len(re.findall("^proved$", said, re.M)) == 9
     assert "200 ticks of 2 functions in turn" in said
     assert "closed loop: 1000 ticks" in said
     on_core, in_c, _ = re.findall(r"^(?!.* N m ) *torque +=? *([-+0-9.e]+)", said, re.M)

@@ -62,7 +62,7 @@ def test_printed_formulas_in_float32_keep_every_bound(first):
         assert_kept(number, fractions)
 
 
-@pytest.mark.parametrize("program", ["as_printed", "optimised"])
+@pytest.mark.parametrize("program", ["as_printed", "optimised", "observer"])
 @pytest.mark.parametrize("first", [0, pytest.param(20, marks=pytest.mark.full)])
 def test_programs_keep_every_bound(program, first):
     for number in range(first, first + (6 if first == 0 else 200)):
@@ -72,8 +72,9 @@ def test_programs_keep_every_bound(program, first):
         source = PROGRAMS / f"tracking_{program}.s"
         image = assemble(source, optimise=False, defines=robot.values()).to_json()
         rows = run_path(image, robot, path, counts, (*ERRORS, *MASSES, *GRAVITIES)).rows
-        want = tracking.run(robot, path, counts)
-        limit = bounds(robot, path, want, program == "optimised")
+        observer = program == "observer"
+        want = tracking.run(robot, path, counts, "observer" if observer else "difference")
+        limit = bounds(robot, path, want, program != "as_printed", counts if observer else None)
         fractions = {}
         for names, theirs, bound in (
             (POSITIONS, want.position_d, limit.position),

@@ -65,6 +65,7 @@ def test_bad_input__status_1_one_message_no_folder(tmp_path, capsys, program, ro
         ["--ticks", "x"],
         ["--platforms", "fpga4"],
         ["--platforms", ","],
+        ["--speed", "tacho"],
         ["--from", "0"],
         ["--seconds", "5"],
         ["--seconds", "2:1"],
@@ -156,6 +157,30 @@ def test_worker_that_dies__is_told(capsys, monkeypatch):
     assert (
         done.stderr.startswith("error: a worker process ended") and "Traceback" not in done.stderr
     )
+
+
+def test_speed_of_a_program_of_the_asip__without_the_asip__is_refused(tmp_path, capsys):
+    arguments = ["--speed", "observer", "--platforms", "fpga1", "--output", str(tmp_path / "out")]
+    assert main_job.main(arguments) == 1
+    assert "add fpga3 to the platforms" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_speed_observer__runs_and_compares_a_third_program(tmp_path):
+    part = tmp_path / "part.ngc"
+    part.write_text(LINE)
+    order = Order(
+        *(part, ROBOT_TOML, tmp_path / "out", None, 2000, None, ("fpga3",)),
+        plots=False,
+        speed="observer",
+    )
+    data = run(order, Console(quiet=True))
+    assert data["bounds_ok"] is True
+    assert list(data["platforms"]["fpga3"]) == ["as_printed", "optimised", "observer"]
+    assert data["platforms"]["fpga3"]["observer"]["cycles_max"] == 125
+    for name, with_differences in data["ripple"]["optimised"].items():
+        assert data["ripple"]["observer"][name] <= 0.1 * with_differences, name
+    assert data["tracking"]["observer"]["tool"] <= data["tracking"]["optimised"]["tool"]
 
 
 @pytest.mark.parametrize("ticks", [1, 300])

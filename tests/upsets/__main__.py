@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Invert single bits of the core's registers and memories in whole ticks; see what comes of it.
+"""Invert single bits of the core's registers and memories during ticks, and record the effect.
 
     microtick upsets                 quick form, to build/upsets.json and docs/upsets.md
-    microtick upsets --full        to full depth; goes on where it was stopped
+    microtick upsets --full          full depth; continues a run that was stopped
     python -m tests.upsets --core plain --replay "4 157 TOP.asip.u_run.u_control.state_q.1"
 
 A line of --replay is: tick, clock in the tick, register or memory[word], bit. Every case of

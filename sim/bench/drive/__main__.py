@@ -43,9 +43,10 @@ def main(
 ) -> int:
     """Command line; more: adds further rows, and returns what else the file shall have."""
     example = (
-        f"{prog} --robot my_robot.toml. Without --full the first 3 s of the A-G-H path and 0.2 s "
-        "of every clock, some minutes; with it the whole path and 2 s, an hour. What is simulated "
-        "at every clock is kept, so a full run that was stopped goes on."
+        f"{prog} --robot my_robot.toml. Without --full the command simulates the first 3 s of "
+        "the A-G-H path, and 0.2 s of it clock by clock, in some minutes. With --full it simulates "
+        "the whole path, and 2 s clock by clock, in an hour. Results of the simulation clock by "
+        "clock are cached, so a full run that was stopped continues."
     )
     parser = script_parser(__doc__, example, prog)
     parser.add_argument(
@@ -56,9 +57,9 @@ def main(
         "--results", type=Path, help="file written (build/drive.json, or build/motor.json)"
     )
     parser.add_argument(
-        "--loops", action="store_true", help="current loops and blocks alone, 4 minutes"
+        "--loops", action="store_true", help="only current loops and blocks, 4 minutes"
     )
-    parser.add_argument("--full", action="store_true", help="whole path, 2 s of every clock")
+    parser.add_argument("--full", action="store_true", help="whole path, and 2 s clock by clock")
     options = parser.parse_args(argv)
     console = Console()
     if options.motor is not None:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.bench.drive import draws
+from sim.bench.drive import draws, speed
 from sim.bench.drive.chain import ORDER_FILTER
 from sim.bench.drive.current_loop import loop_program, rise_and_overshoot
 from sim.bench.drive.position import PositionLoops, position_loops
@@ -220,6 +220,7 @@ def measure(
     StartUpError.
     """
     loops = measure_loops(robot, drives, rows, report)
+    rows += speed.goals(*speed.compare(robot, full, report))
     words, laws = measure_path(robot, drives, full, rows, report)
     report("frequency response of the position loops, averaged inverters")
     positions = position_loops(robot, drives)

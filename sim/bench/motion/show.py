@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Everything of the motion front-end that can be shown, from one command: `microtick motion`.
+"""Measure and show the motion front-end: `microtick motion`.
 
 It redraws figures of two papers (docs/law.md), runs the drive and feed-forward study, runs the
-front-end as RTL on a move of the S-curve paper and on a G64 program, and measures the goals. It
-writes two tables, results.json and one page with plots.
+front-end as RTL on a move of the S-curve paper and on a G64 program. It writes a table,
+results.json and one page with plots. `make goals T=motion` measures the goals.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from asip_asm.command import command, command_parser
 from asip_asm.files import write_text
 from sim.bench.cnc import figures as drive_figures
 from sim.bench.cnc.robot import PAYLOAD
-from sim.bench.motion import goals, show_page, show_path, show_rtl
+from sim.bench.motion import show_page, show_path, show_rtl
 from sim.bench.run.progress import TickProgress
 from sim.motion.command import add_robot_option, interruptible
 from sim.motion.lookahead import figures as lookahead_figures
@@ -182,47 +182,30 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
     robot = Robot.load(arguments.robot)
     out: Path = arguments.output
     out.mkdir(parents=True, exist_ok=True)
-    console.print("[bold]1/4[/] figures of the papers: planner, look-ahead, drive")
+    console.print("[bold]1/3[/] figures of the papers: planner, look-ahead, drive")
     rows = _figure_modules(out, console)
     strokes = f"{len(drive_figures.STROKES)} strokes (--full: the whole path)"
     console.print(
-        f"[bold]2/4[/] robot in closed loop on AGH at 2 m/min, payload +{PAYLOAD:g} kg, "
+        f"[bold]2/3[/] robot in closed loop on AGH at 2 m/min, payload +{PAYLOAD:g} kg, "
         f"{'the whole path' if arguments.full else strokes}"
     )
     if not arguments.no_robot:
         rows += _robot(robot, out, arguments.full, console)
     console.print(
-        f"[bold]3/4[/] front-end as RTL, figure 12 of the S-curve paper at "
+        f"[bold]3/3[/] front-end as RTL, figure 12 of the S-curve paper at "
         f"{show_rtl.PULSES_PER_MM} pulses/mm (us of 100 clocks)"
     )
     if not arguments.no_rtl:
         rows += _rtl(out, console)
         rows += _path(robot, out, console)
-    console.print("[bold]4/4[/] goals")
-    features: list[goals.Goal] = []
-    if not arguments.no_goals:
-        counts = goals.FULL if arguments.full else goals.Counts()
-        features = goals.table(
-            rows, counts, lambda name: console.print(f"      {name}"), not arguments.no_rtl
-        )
     table = table_of(rows)
     console.print()
     console.print(table)
-    if features:
-        console.print(goals.printed(features))
     differ = [row for row in rows if not row["agrees"]]
     console.print(f"{len(rows)} figures, {len(differ)} differ; docs/motion.md says why")
-    if features:
-        missed = sum(goal.met is False for goal in features)
-        unmeasured = sum(goal.met is None for goal in features)
-        console.print(f"{len(features)} goals, {missed} not met, {unmeasured} not in this run")
-    document = {
-        "full": arguments.full,
-        "figures": rows,
-        "goals": goals.document(features),
-    }
+    document = {"full": arguments.full, "figures": rows}
     write_text(out / "results.json", json.dumps(document, indent=2) + "\n")
-    show_page.write(out, [*([goals.printed(features)] if features else []), table])
+    show_page.write(out, [table])
     console.print(f"plots and page: {out / 'index.html'}")
     console.print(f"figures:        {out / 'results.json'}")
 
@@ -237,11 +220,10 @@ def main(argv: list[str] | None = None) -> int:
     )
     add_robot_option(parser, "motion")
     parser.add_argument(
-        "--full", action="store_true", help="the whole AGH path, and every goal to its full depth"
+        "--full", action="store_true", help="the robot on the whole AGH path, not on four strokes"
     )
     parser.add_argument("--no-rtl", action="store_true", help="without simulated RTL")
     parser.add_argument("--no-robot", action="store_true", help="without the robot")
-    parser.add_argument("--no-goals", action="store_true", help="without the table of goals")
     arguments = parser.parse_args(argv)
     console = Console()
     if not console.is_terminal:

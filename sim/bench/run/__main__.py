@@ -26,6 +26,7 @@ from sim.motion.command import (
 )
 from sim.motion.gcode.tools import add_tools_option
 from sim.motion.trajectory.program import AGH
+from sim.robot.observer import SPEEDS
 from sim.robot.parameters import ParameterError
 from sim.rtl.build import BuildError
 from sim.rtl.nios_image import ImageError
@@ -111,9 +112,17 @@ def _arguments() -> argparse.ArgumentParser:
         help="print path time, ticks and estimated time of the run, and stop",
     )
     parser.add_argument(
+        "--speed",
+        choices=SPEEDS,
+        default=SPEEDS[0],
+        help="observer: also run the program that takes speeds from observers, and show it first "
+        "(difference)",
+    )
+    parser.add_argument(
         "--scope",
         action="store_true",
-        help="show the optimised program's loop in the browser while it runs",
+        help="show the loop of the optimised program, or of that of --speed, in the browser while "
+        "it runs",
     )
     parser.add_argument(
         "--no-plots", dest="plots", action="store_false", help="tables and results.json only"

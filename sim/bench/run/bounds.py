@@ -5,7 +5,8 @@ First-order rounding analysis with the unit roundoff u = 2^-24, evaluated at eve
 reference's own quantities, for any valid robot. The reference sees the same binary32 set-points and
 counts as the program, so the bounds are about arithmetic alone. Two analyses: `printed`, for the
 formulas of (7)-(37) as they stand, with or without fused multiply-adds (the PC, FPGA1, FPGA2, the
-as-printed program), and `optimised`, for asip_asm/programs/tracking_optimised.s.
+as-printed program), and `optimised`, for asip_asm/programs/tracking_law.inc, with differences of
+counts (tracking_optimised.s) or with observers (tracking_observer.s).
 
 Numbers such as 5u count the roundings that a value goes through: one per operation, one per
 constant that binary32 does not hold.
@@ -18,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sim.robot.observer import gains, observed
 from sim.robot.parameters import Robot
 from sim.robot.records import SetPoints, TrackingResult
 
@@ -41,8 +43,16 @@ class Bounds:
     output: FloatArray
 
 
-def bounds(robot: Robot, path: SetPoints, reference: TrackingResult, optimised: bool) -> Bounds:
+def bounds(
+    robot: Robot,
+    path: SetPoints,
+    reference: TrackingResult,
+    optimised: bool,
+    counts: NDArray[np.integer] | None = None,
+) -> Bounds:
     """First-order bounds on the rounding errors of one program.
+
+    counts: those of the reference, for a program with observers, which is an optimised one.
 
     v: constants and quotient 5u (|v| + |v_d|); as printed also 2u|l|/T_s for the two rounded
     lengths. Demand: 6u of the size of its terms; output: 3u of mass times that and of gravity.
@@ -70,6 +80,9 @@ def bounds(robot: Robot, path: SetPoints, reference: TrackingResult, optimised: 
     terms = np.abs(reference.acceleration_d) + k_p * size + k_v * np.abs(reference.e_v)
     terms = terms + k_i * np.abs(reference.s_c)
     inner = acceleration + k_p * e + k_v * e_v + k_i * s_c + 6 * U * terms
+    if counts is not None:
+        off = _observer(robot, reference, counts, inner, terms)
+        inner, terms = inner + off.error, terms + off.size
     leg_mass, leg_gravity = (_optimised_dynamics if optimised else _printed_dynamics)(
         robot, reference
     )
@@ -78,6 +91,61 @@ def bounds(robot: Robot, path: SetPoints, reference: TrackingResult, optimised: 
     output = (reference.mass + mass) * inner + mass * terms + gravity
     output += 3 * U * (reference.mass * terms + np.abs(reference.gravity))
     return Bounds(position, velocity, acceleration, e, mass, gravity, output)
+
+
+# ---------------------------------------------------------------- observers
+
+
+@dataclass(frozen=True)
+class _Off:
+    """Of the acceleration that the law asks for, (N, 5): error by the observers' states, size of
+    the pull that it takes off."""
+
+    error: FloatArray
+    size: FloatArray
+
+
+def _observer(
+    robot: Robot,
+    reference: TrackingResult,
+    counts: NDArray[np.integer],
+    inner: FloatArray,
+    terms: FloatArray,
+) -> _Off:
+    """inner, terms: error and size of what the law asks for, but for the observers' states.
+
+    Of a tick, r: u of the resolution and of the sum; u of each gain, product and sum. a + p: 2u of
+    both; the prediction: 3u of its position, 2u of T a and u of the speed. Errors of the states go
+    from tick to tick as the states do, with K_V v and the share of p in a: the bound is the sum of
+    the sizes of the powers of that matrix, times the largest errors of a tick so far.
+    """
+    k_v, period = np.array(robot.K_V), robot.T_s
+    at_rest = reference.acceleration_d + np.array(robot.K_P) * reference.e
+    at_rest = at_rest + k_v * reference.velocity_d + np.array(robot.K_I) * reference.s_c
+    states = observed(robot, counts, at_rest)
+    moved = np.array(robot.resolution) * np.abs(np.diff(counts, axis=0, prepend=counts[:1]))
+    less = np.array([period**2 / 2, period, 0.0])  # states of an acceleration
+    error, size = np.empty_like(inner), np.abs(states.taken_off)
+    for n, gain in enumerate(gains(robot)):
+        speed, pull = np.abs(states.speed[:, n]), np.abs(states.pull[:, n])
+        rest = np.abs(states.rest[:, n])
+        correct = np.array([[gain.kept, 0, 0], [-gain.speed, 1, 0], [-gain.pull, 0, 1]])
+        taken = np.array([0.0, k_v[n], gain.share])
+        predict = np.array([[1, period, period**2 / 2], [0, 1, period], [0, 0, 1.0]])
+        predict -= np.outer(less, taken)
+        made = U * np.stack((rest, speed, pull))
+        made += np.abs(correct[:, :1]) * U * (moved[:, n] + 3 * rest)
+        a = terms[:, n] + size[:, n] + pull
+        ahead = U * np.stack((3 * (rest + period * speed), 2 * period * a + speed, 0 * rest))
+        ahead[0] += 3 * U * period**2 / 2 * a
+        ahead += less[:, None] * (inner[:, n] + 2 * U * a) + np.abs(predict) @ made
+        sizes, power = np.zeros(3), np.eye(3)
+        while np.abs(power).max() > 1e-9:
+            sizes += np.abs(taken @ correct @ power)
+            power = predict @ correct @ power
+        error[:, n] = taken @ made
+        error[1:, n] += sizes @ np.maximum.accumulate(ahead, axis=1)[:, :-1]
+    return _Off(error, size)
 
 
 # ---------------------------------------------------------------- desired motion

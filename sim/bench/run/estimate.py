@@ -12,13 +12,15 @@ from asip_asm.project import BUILD
 from sim.bench.run import nios
 from sim.bench.run.workers import PROCESSES
 
-AS_PRINTED, OPTIMISED, LAW = "as printed", "optimised", "law in double precision"
+AS_PRINTED, OPTIMISED, OBSERVER = "as printed", "optimised", "observer"
+LAW = "law in double precision"
 COMPARISON = "comparison"
 PLATFORMS = ("fpga1", "fpga2", "fpga3")
 # Seconds per tick until a run has measured its own: on an idle x86-64 processor of 2021.
 TYPICAL = {
     AS_PRINTED: 5e-4,
     OPTIMISED: 3.5e-4,
+    OBSERVER: 3.7e-4,
     LAW: 1.5e-4,
     "fpga1 beginning": 8e-3,
     "fpga1": 8e-3,
@@ -35,11 +37,14 @@ def beginning(platform: str) -> str:
     return f"{platform} beginning"
 
 
-def work(ticks: int, platforms: Iterable[str], full: bool) -> dict[str, int]:
-    """Ticks of every task for a path of so many; full: FPGA1 and FPGA2 take every tick."""
+def work(
+    ticks: int, platforms: Iterable[str], full: bool, programs: Iterable[str] = ()
+) -> dict[str, int]:
+    """Ticks of every task for a path of so many; full: FPGA1 and FPGA2 take every tick; programs:
+    those of FPGA3 besides the two that always run there."""
     platforms = set(platforms)
     found = {}
-    for name in (AS_PRINTED, OPTIMISED) if "fpga3" in platforms else (LAW,):
+    for name in (AS_PRINTED, OPTIMISED, *programs) if "fpga3" in platforms else (LAW,):
         found[name] = ticks
     for platform in sorted(platforms & set(nios.SAMPLES)):
         found[beginning(platform)] = nios.beginning_ticks(platform, ticks)

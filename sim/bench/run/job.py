@@ -21,7 +21,7 @@ from asip_asm.files import write_text
 from asip_asm.image import Image
 from asip_asm.project import ROOT
 from sim.bench.run import checks, estimate, nios, page, scoped, tables
-from sim.bench.run.estimate import AS_PRINTED, LAW, OPTIMISED
+from sim.bench.run.estimate import AS_PRINTED, LAW, OBSERVER, OPTIMISED
 from sim.bench.run.progress import TickProgress, duration
 from sim.bench.run.results import Comparison, ProgramRun, compare, results, worst_of_bound
 from sim.bench.run.workers import Workers
@@ -37,6 +37,7 @@ from sim.motion.lookahead.limits import MachineLimits
 from sim.motion.trajectory.program import ProgramPath, plan_stream, set_points
 from sim.motion.trajectory.windows import Place as WindowPlace
 from sim.robot import float32
+from sim.robot.observer import SPEEDS
 from sim.robot.parameters import Robot
 from sim.robot.records import SetPoints, TrackingResult
 from sim.robot.tracking import joint_path
@@ -46,7 +47,8 @@ from sim.rtl.nios_rtl import NiosRtl
 PROGRAMS = ROOT / "asip_asm/programs"
 MANY_STOPS = 20  # the run suggests G64 from this many stops on
 # Task that runs a program of FPGA3 -> key in results.json; source in PROGRAMS: tracking_<key>.s.
-KEYS = {AS_PRINTED: "as_printed", OPTIMISED: "optimised"}
+KEYS = {AS_PRINTED: "as_printed", OPTIMISED: "optimised", OBSERVER: "observer"}
+SPEED_OF = {"observer": "observer"}  # of a program, by its key, where it is not a difference
 
 
 class PathError(ValueError):
@@ -57,7 +59,8 @@ class PathError(ValueError):
 class Order:
     """What to do. line: begin there; ticks: only the first so many; seconds: only the motion
     between two times; platforms: of estimate.PLATFORMS; all_ticks: FPGA1 and FPGA2 take every tick
-    too; tools: LinuxCNC's table; plan_only: stop before anything is built or written."""
+    too; tools: LinuxCNC's table; plan_only: stop before anything is built or written; speed: one of
+    `observer.SPEEDS`, the second one runs a third program of FPGA3."""
 
     gcode: Path
     robot: Path
@@ -71,7 +74,18 @@ class Order:
     plots: bool = True
     plan_only: bool = False
     override: float = AS_PROGRAMMED  # percent of the feeds
-    scope: bool = False  # show the optimised program's loop in the browser while it runs
+    scope: bool = False  # show the loop of `looked_at` in the browser while it runs
+    speed: str = "difference"
+
+    @property
+    def programs(self) -> tuple[str, ...]:
+        """Tasks of FPGA3 besides the two that always run."""
+        return (OBSERVER,) if self.speed == "observer" else ()
+
+    @property
+    def looked_at(self) -> str:
+        """The program of FPGA3 that scope and page show first."""
+        return self.programs[0] if self.programs else OPTIMISED
 
 
 @dataclass(frozen=True)
@@ -173,7 +187,8 @@ def _items(order: Order, tools: Mapping[int, Tool], robot: Robot) -> Iterator[It
 
 def _images(order: Order, robot: Robot, console: Console) -> dict[str, Image]:
     images = {}
-    for name, key in KEYS.items() if "fpga3" in order.platforms else ():
+    for name in (AS_PRINTED, OPTIMISED, *order.programs) if "fpga3" in order.platforms else ():
+        key = KEYS[name]
         source = PROGRAMS / f"tracking_{key}.s"
         images[name] = image = assemble(source, configuration="fast", defines=robot.values())
         image.save(order.output / f"{source.stem}.asip.json")
@@ -192,12 +207,13 @@ def _build(order: Order) -> None:
 
 
 def _scope(job: _Job) -> AbstractContextManager[ScopeProcess | None]:
-    """The scope of the optimised program's loop, if it is wanted."""
+    """The scope of a program's loop, if it is wanted."""
     order, robot = job.order, job.robot
     if not order.scope:
         return nullcontext()
-    image, title = job.images[OPTIMISED], f"{order.gcode.name} on {OPTIMISED}"
-    tuner = scoped.RobotTuner(robot, PROGRAMS / f"tracking_{KEYS[OPTIMISED]}.s", image)
+    name = order.looked_at
+    image, title = job.images[name], f"{order.gcode.name} on {name}"
+    tuner = scoped.RobotTuner(robot, PROGRAMS / f"tracking_{KEYS[name]}.s", image)
     about = scoped.description(title, robot, order.robot, job.path, image, tuner)
     return ScopeProcess(TapSource(about, tuner), job.console)
 
@@ -210,7 +226,10 @@ def _simulate(job: _Job, bars: TickProgress, place: Place | None) -> _Measured:
     with Workers(bars) as workers:
         runs = {
             name: workers.submit(
-                name, n, _run_program, robot, path, image, place if name == OPTIMISED else None
+                name,
+                n,
+                *(_run_program, robot, path, image),
+                place if name == order.looked_at else None,
             )
             for name, image in job.images.items()
         }
@@ -239,7 +258,8 @@ def _simulate(job: _Job, bars: TickProgress, place: Place | None) -> _Measured:
             for platform in systems
         }
         if law is None:
-            programs["optimised"] = workers.result(runs[OPTIMISED])
+            for name in (OPTIMISED, *order.programs):
+                programs[KEYS[name]] = workers.result(runs[name])
         measured.nios += [
             (workers.result(beginnings[platform]), workers.result(windows[platform]))
             for platform in systems
@@ -312,11 +332,16 @@ def run(order: Order, console: Console) -> dict[str, Any]:
     """The whole job; writes below order.output and returns the content of results.json."""
     if order.scope and "fpga3" not in order.platforms:
         raise PathError("the scope looks at the ASIP: add fpga3 to the platforms")
+    if order.programs and "fpga3" not in order.platforms:
+        raise PathError(
+            f"speed {order.speed!r} is of a program of the ASIP: add fpga3 to the platforms"
+        )
     robot = Robot.load(order.robot)
     console.print(f"[bold]1/6[/] path of {order.gcode}", highlight=False)
     planned = _planned(order, robot, console)
     path = set_points(planned)
-    work, cost = estimate.work(len(path), order.platforms, order.all_ticks), estimate.costs()
+    work = estimate.work(len(path), order.platforms, order.all_ticks, order.programs)
+    cost = estimate.costs()
     console.print(
         f"      estimated time of the simulation: {duration(estimate.seconds(work, cost))} on "
         "two idle processors"
@@ -344,7 +369,7 @@ def _track(job: _Job, scope: ScopeProcess | None) -> dict[str, Any]:
         measured = _simulate(job, bars, scope.source.place if scope else None)
     touched = [entry for run in measured.programs.values() for entry in run.touched]
     if touched:
-        _tell_touched(touched, console)
+        _tell_touched(order.looked_at, touched, console)
         return {}
     console.print("[bold]5/6[/] comparing with double precision and printed float32")
     begin = time.perf_counter()
@@ -374,9 +399,9 @@ def _track(job: _Job, scope: ScopeProcess | None) -> dict[str, Any]:
     return data
 
 
-def _tell_touched(touched: Sequence[str], console: Console) -> None:
+def _tell_touched(name: str, touched: Sequence[str], console: Console) -> None:
     """A loop that somebody has changed is not the one that the bounds are about."""
-    console.print(f"{OPTIMISED} was changed while it ran:", highlight=False)
+    console.print(f"{name} was changed while it ran:", highlight=False)
     for entry in touched:
         console.print(f"      {entry}", highlight=False, soft_wrap=True)
     console.print(
@@ -390,7 +415,9 @@ def _compared(robot: Robot, path: SetPoints, measured: _Measured) -> dict[str, A
     """Each program against double precision on the counts that it saw."""
     common: Comparison = compare(robot, path, measured.counts)
     comparisons = {
-        key: common if key == "as_printed" else compare(robot, path, run.recording.counts)
+        key: common
+        if key == "as_printed"
+        else compare(robot, path, run.recording.counts, SPEED_OF.get(key, SPEEDS[0]))
         for key, run in measured.programs.items()
     }
     data = results(robot, path, measured.programs, comparisons, common, measured.single)
@@ -433,7 +460,7 @@ def _write(job: _Job, measured: _Measured, data: dict[str, Any]) -> None:
             drawing=job.planned.drawing,
             recordings={
                 name: measured.programs[KEYS[name]].recording
-                for name in (OPTIMISED, AS_PRINTED)
+                for name in dict.fromkeys((job.order.looked_at, OPTIMISED, AS_PRINTED))
                 if KEYS[name] in measured.programs
             },
             results=data,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Command line: where the cycles of a tick go on FPGA1 or FPGA2, by function and by instruction."""
+"""Show where the cycles of a tick go on FPGA1 or FPGA2, by function and by instruction."""
 
 from __future__ import annotations
 

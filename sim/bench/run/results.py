@@ -16,14 +16,18 @@ from sim.bench.run.bounds import bounds
 from sim.core.closed_loop import Recording, tracking_error
 from sim.core.controller import EXPORTED, PASSED_ON, LawTicks
 from sim.robot import tracking
-from sim.robot.errors import max_abs_error
+from sim.robot.errors import max_abs_error, ripple
 from sim.robot.parameters import Robot
 from sim.robot.records import OUTPUTS, SET_POINTS, TABLE_3, SetPoints, TrackingResult
 
 CLOCK_MHZ = default_isa().clock_mhz
 SMALLEST = 1e-300  # bound of an output that must be exact
 # Key of a program of FPGA3 among the errors.
-FPGA3_COLUMNS = {"as_printed": "fpga3", "optimised": "fpga3_optimised"}
+FPGA3_COLUMNS = {
+    "as_printed": "fpga3",
+    "optimised": "fpga3_optimised",
+    "observer": "fpga3_observer",
+}
 OPERATION_CLASSES = ("add_sub", "mul", "div", "sqrt", "sin", "float_int", "sat")
 
 
@@ -86,21 +90,26 @@ class Comparison:
     """References on the counts that one run saw.
 
     reference: double precision on the unrounded set-points; rounded: the same on set-points rounded
-    to binary32, so what the rounding of the inputs alone does.
+    to binary32, so what the rounding of the inputs alone does. counts: for a program with
+    observers.
     """
 
     reference: TrackingResult
     rounded: TrackingResult
     rounded_path: SetPoints
+    counts: NDArray[np.int32] | None = None
 
 
-def compare(robot: Robot, path: SetPoints, counts: NDArray[np.int32]) -> Comparison:
-    """Evaluate the references."""
+def compare(
+    robot: Robot, path: SetPoints, counts: NDArray[np.int32], speed: str = "difference"
+) -> Comparison:
+    """Evaluate the references; speed: one of `observer.SPEEDS`."""
     rounded = SetPoints.from_words(path.words().astype(np.float32).astype(np.float64))
     return Comparison(
-        tracking.run(robot, path, counts),
-        tracking.run(robot, rounded, counts),
+        tracking.run(robot, path, counts, speed),
+        tracking.run(robot, rounded, counts, speed),
         rounded,
+        counts if speed == "observer" else None,
     )
 
 
@@ -117,7 +126,10 @@ def worst_of_bound(
     at: numbers of the ticks, by default all.
     """
     at = np.arange(len(comparison.rounded_path)) if at is None else at
-    limit = bounds(robot, comparison.rounded_path, comparison.rounded, is_optimised).output[at]
+    found = bounds(
+        robot, comparison.rounded_path, comparison.rounded, is_optimised, comparison.counts
+    )
+    limit = found.output[at]
     error = np.abs(ticks.outputs.astype(np.float64) - comparison.rounded.output[at])
     worst = (error / np.maximum(limit, SMALLEST)).max(axis=0)
     return dict(zip(OUTPUTS, worst.tolist(), strict=True))
@@ -156,7 +168,13 @@ def results(
     }
     data["operations"] = {name: operations(run) for name, run in runs.items()}
     data["worst_fraction_of_bound"] = {
-        name: worst_of_bound(robot, comparisons[name], run.recording.ticks, name == "optimised")
+        name: worst_of_bound(robot, comparisons[name], run.recording.ticks, name != "as_printed")
+        for name, run in runs.items()
+    }
+    data["ripple"] = {
+        name: dict(
+            zip(OUTPUTS, ripple(run.recording.ticks.outputs, robot.T_s).tolist(), strict=True)
+        )
         for name, run in runs.items()
     }
     data["tracking"] = {

@@ -15,6 +15,7 @@ from rich import box
 from rich.table import Table
 
 from sim.bench.run.checks import is_marked
+from sim.robot.errors import RIPPLE_ABOVE
 from sim.robot.published import Published
 from sim.robot.records import OUTPUTS, TABLE_3
 from sim.rtl.figures import measured_at
@@ -30,6 +31,7 @@ ERRORS = {
     "pc_float32": "PC\nfloat32",
     "fpga3": "as\nprinted",
     "fpga3_optimised": "optimised",
+    "fpga3_observer": "observer",
     "set_point_rounding": "inputs\nalone",
 }
 # Other builds of the program of FPGA1 and FPGA2.
@@ -128,6 +130,7 @@ def time_table(results: dict[str, Any], published: Published) -> Table:
 
 def error_table(results: dict[str, Any], published: Published) -> Table:
     """Table 3 with the five outputs."""
+    has = results["errors"][OUTPUTS[0]]
     table = _table(
         f"Table 3  largest error against double precision over {results['ticks']} ticks",
         "How far 32-bit arithmetic is from 64-bit arithmetic on the same inputs, at worst: length, "
@@ -135,7 +138,11 @@ def error_table(results: dict[str, Any], published: Published) -> Table:
         "eps), and the forces and torques. “Inputs alone” is what rounding the set-points to 32 "
         "bits does by itself, which no program can undo.",
         "row",
-        ("PC\npublished", "FPGA\npublished", *ERRORS.values()),
+        (
+            "PC\npublished",
+            "FPGA\npublished",
+            *(title for key, title in ERRORS.items() if key in has),
+        ),
         dense=True,
     )
     for row in (*TABLE_3, *OUTPUTS):
@@ -143,7 +150,7 @@ def error_table(results: dict[str, Any], published: Published) -> Table:
         table.add_row(
             _row_name(row),
             *(_figure(published.error[column].get(row)) for column in ("PC", "FPGA")),
-            *(_figure(error[key]) for key in ERRORS),
+            *(_figure(error[key]) for key in ERRORS if key in has),
             end_section=row == TABLE_3[-1],
         )
     return table
@@ -208,7 +215,7 @@ def tracking_table(results: dict[str, Any]) -> Table:
     table.add_column("")
     runs = {
         f"FPGA3 {program.replace('_', ' ')}": results["tracking"][program]
-        for program in ("as_printed", "optimised")
+        for program in ("as_printed", "optimised", "observer")
         if program in results["tracking"]
     }
     for platform, measured in results.get("nios", {}).items():
@@ -220,6 +227,20 @@ def tracking_table(results: dict[str, Any]) -> Table:
             *(f"{error[key] * 1e6:.3f}" for key in ("leg", "tool", "table")),
             *_mark(results, "tracking", name.removeprefix("FPGA3 ").replace(" ", "_")),
         )
+    return table
+
+
+def ripple_table(results: dict[str, Any]) -> Table:
+    """What is above 1 kHz in the outputs."""
+    table = _table(
+        f"Ripple of the outputs: root mean square of what is above {RIPPLE_ABOVE:g} Hz",
+        "How much forces and torques jump from tick to tick. A step of an encoder is a step of a "
+        "speed that is the difference of two counts, and so of the force; an observer spreads it.",
+        "program",
+        (*(f"{name} [{unit(name)}]".replace("[", "\\[") for name in OUTPUTS),),
+    )
+    for program, found in results["ripple"].items():
+        table.add_row(program.replace("_", " "), *(f"{found[name]:.3f}" for name in OUTPUTS))
     return table
 
 
@@ -253,14 +274,14 @@ def resource_table(document: Mapping[str, Any], published: Published) -> Table:
             f"{name} published", f"{row['lut']}", f"{row['register']}", f"{row['dsp18']}", kilobits
         )
     for name, row in document.get("tops", {}).items():
-        speed = row["fmax_mhz"]
+        speed = row.get("fmax_mhz")
         table.add_row(
             name,
             f"{row['aluts']}",
             f"{row['registers']}",
             f"{row['dsp_18x18']}",
             f"{row['memory_bits'] / 1000:.0f}",
-            f"{speed['median']:.0f} ({speed['min']:.0f}..{speed['max']:.0f})",
+            f"{speed['median']:.0f} ({speed['min']:.0f}..{speed['max']:.0f})" if speed else "-",
         )
     return table
 
@@ -279,6 +300,8 @@ def all_tables(results: dict[str, Any]) -> Iterator[Table]:
     if results.get("worst_fraction_of_bound"):
         yield bound_table(results)
     yield tracking_table(results)
+    if results.get("ripple"):
+        yield ripple_table(results)
     yield resource_table(synthesised(), published)
 
 

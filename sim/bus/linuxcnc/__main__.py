@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""LinuxCNC, unmodified, drives the simulated machine over the bus: a program from begin to end.
+"""Let unmodified LinuxCNC drive the simulated machine over the bus, for a whole G-code program.
 
     microtick linuxcnc                         the letters A, G, H
     microtick linuxcnc part.ngc                a program of yours
@@ -7,8 +7,8 @@
     microtick linuxcnc --fault cable           what happens when the cable is pulled
 
 LinuxCNC's servo thread, in lockstep with the simulation, hands its targets to pysoem on a TAP
-device. Slave controller, drives and law are RTL, every clock of them; the robot is the plant of the
-main job. A second of the path takes three to four minutes of a free core.
+device. Slave controller, drives and law are RTL, simulated clock by clock; the robot is the plant
+of the main job. A second of the path takes three to four minutes of a free core.
 """
 
 from __future__ import annotations
@@ -146,8 +146,15 @@ def _parser() -> argparse.ArgumentParser:
     parser = command_parser(PROG, __doc__ or "")
     parser.add_argument("program", nargs="?", type=Path, default=AGH, help="G-code (default A-G-H)")
     parser.add_argument("--robot", type=Path, default=ROBOT_TOML, help="parameters of the robot")
-    parser.add_argument("--seconds", type=float, default=0.0, help="only so many of the program")
-    parser.add_argument("--fault", choices=FAULTS, default="", help="0.2 s after its begin")
+    parser.add_argument(
+        "--seconds", type=float, default=0.0, help="stop after these seconds of the program"
+    )
+    parser.add_argument(
+        "--fault",
+        choices=FAULTS,
+        default="",
+        help="cause this fault 0.2 s after the begin of the program",
+    )
     parser.add_argument("--output", type=Path, default=OUTPUT, help=f"folder (default {OUTPUT})")
     return parser
 

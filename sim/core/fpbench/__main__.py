@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Command line of the fast bench: case, bench, selfcheck, campaign, report."""
+"""Test the arithmetic units with the fast bench, one case or millions."""
 
 from __future__ import annotations
 

@@ -221,7 +221,9 @@ class Iss:
         return bits_of(self._data[address])
 
     def read_place(self, place: str) -> int:
-        """Bits of a register ('a3', 'k7'), an output ('o0') or a data word ('d12'). KeyError."""
+        """Bits of a register ('a3', 'k7', 'a3.2' in lane 2), an output ('o0') or a data word
+        ('d12'). Raises KeyError.
+        """
         words, index = self._words_of(place)
         return bits_of(words[index])
 
@@ -234,7 +236,13 @@ class Iss:
         for letter, words in (("o", self._outputs), ("d", self._data)):
             if place[:1] == letter and place[1:].isdecimal() and int(place[1:]) < len(words):
                 return words, int(place[1:])
-        return self._registers, isa.register_code(place)
+        name, _, lane = place.partition(".")
+        code = isa.register_code(name)
+        if not lane:
+            return self._registers, code
+        if not lane.isdecimal() or not 0 < int(lane) <= len(self._lane_registers) or name[0] == "k":
+            raise KeyError(place)
+        return self._lane_registers[int(lane) - 1], code
 
     # ------------------------------------------------------------------ decoding into closures
 

@@ -26,6 +26,12 @@ def client_errors() -> Iterator[None]:
         raise TargetError(str(error)) from None
 
 
+def _first_lane(place: str) -> None:
+    """Refuse a place in a further lane, which the debug block cannot reach. Raises TargetError."""
+    if "." in place:
+        raise TargetError(f"{place}: the core shows the first lane alone, --iss all")
+
+
 class BlockTarget:
     """A `Target` behind a client; `connect` makes one, again after the target was gone.
 
@@ -119,12 +125,14 @@ class BlockTarget:
         self._armed = bundles, places
 
     def read(self, place: str) -> int:
+        _first_lane(place)
         with client_errors():
             if place[:1] == "d":
                 return self.client.read_data(int(place[1:]))[0]
             return self.client.read_register(place)
 
     def write(self, place: str, word: int) -> None:
+        _first_lane(place)
         with client_errors():
             if place[:1] == "d":
                 self.client.write_data(int(place[1:]), [word])
@@ -134,6 +142,9 @@ class BlockTarget:
     def counters(self) -> dict[str, int]:
         with client_errors():
             return {"CYCLES": self.client.cycles()}
+
+    def stream_places(self) -> dict[str, int]:
+        return {}
 
     def clear(self) -> None:
         with client_errors():

@@ -50,7 +50,7 @@ class Command:
 
 COMMANDS: dict[str, Command] = {}
 TOPICS = (
-    *("registers", "state", "faults", "breakpoints", "values", "inputs", "outputs"),
+    *("registers", "state", "faults", "breakpoints", "values", "inputs", "outputs", "streams"),
     *("display", "line", "target"),
 )
 """Of `info`."""

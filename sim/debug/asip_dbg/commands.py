@@ -28,7 +28,7 @@ from sim.debug.asip_dbg.locations import LocationError
 from sim.debug.asip_dbg.session import Session, SessionError, Stop
 from sim.debug.asip_dbg.show import Show
 from sim.debug.asip_dbg.target import TargetError, TargetGone
-from sim.debug.asip_dbg.values import Reading, ValueMissing, format_word
+from sim.debug.asip_dbg.values import Reading, ValueMissing, format_word, text_of
 from sim.debug.asip_run.inputs import UserError, read_inputs
 
 SCRIPT_BYTES = 1 << 20
@@ -269,7 +269,8 @@ class Commands:
         """Value of a name or expression. /x hexadecimal, /d int, /u unsigned, /t bits, /f float.
 
         A name is one of the source (`e1`; `e1@2` is its second definition), a register (`a3`,
-        `$a3`), a word of bank K (`k7`), an output (`F1`, `o0`) or of data memory (`table[3]`).
+        `$a3`), a word of bank K (`k7`), an output (`F1`, `o0`), of data memory or of a stream
+        (`table[3]`), or a lane of a vector (`v[2]`; the core shows lane 0, --iss all).
         Expressions are computed in double precision: + - * / ( ), comparisons, and, or, not, abs,
         sqrt, sin, cos, min, max, isnan, isfinite.
         """
@@ -337,7 +338,7 @@ class Commands:
 
     @command("x", usage="[/COUNT FORM] NAME or ADDRESS", repeats=True)
     def examine(self, rest: str) -> None:
-        """Words of data memory: x/8f table, x/4x 16. Forms as in print."""
+        """Words of data memory or of a stream: x/8f table, x/4x 16. Forms as in print."""
         match = _FORM.match(rest)
         count = int(match.group(1) or 1) if match else 1
         form = (match.group(2) if match else "") or "f"
@@ -345,6 +346,9 @@ class Commands:
         names = self.session.program.image.data_names
         if not text or not 1 <= count <= EXAMINED:
             raise CommandError(f"x/COUNT FORM NAME: 1 to {EXAMINED} words, as x/8f table")
+        if text in (block.name for block in self.session.program.image.streams):
+            self.show.stream_words(text, count, form)
+            return
         if text in names:
             start = names[text]
         elif re.fullmatch(r"0[xX][0-9a-fA-F]{1,4}|[0-9]{1,4}", text):
@@ -366,7 +370,7 @@ class Commands:
     @command("info", "i", usage="TOPIC")
     def info(self, rest: str) -> None:
         """What there is of a topic: registers [NAME ...], state, faults, breakpoints, inputs,
-        values [PART], outputs, display, line N, target.
+        values [PART], outputs, streams, display, line N, target.
         """
         topic, _, detail = rest.partition(" ")
         found = [name for name in TOPICS if topic and name.startswith(topic)]
@@ -449,7 +453,7 @@ class Commands:
 
 def _described(reading: Reading, form: str) -> str:
     if form:
-        return format_word(reading.word, reading.type, form)
-    value = format_word(reading.word, reading.type)
-    other = f"0x{reading.word:08x}"
-    return f"{value}  ({other}, {reading.place}{', ' if reading.note else ''}{reading.note})"
+        return text_of(reading, form)
+    bits = "vector" if reading.lanes else f"0x{reading.word:08x}"
+    note = f", {reading.note}" if reading.note else ""
+    return f"{text_of(reading)}  ({bits}, {reading.place}{note})"

@@ -28,7 +28,7 @@ from sim.debug.asip_dbg.expressions import is_name
 from sim.debug.asip_dbg.options import open_session
 from sim.debug.asip_dbg.program import ProgramError
 from sim.debug.asip_dbg.session import Session, Stop
-from sim.debug.asip_dbg.values import ValueMissing, format_word
+from sim.debug.asip_dbg.values import ValueMissing, format_word, text_of
 
 CAPABILITIES = (
     *("ConfigurationDoneRequest", "RestartRequest", "TerminateRequest", "ExceptionInfoRequest"),
@@ -366,7 +366,7 @@ class Adapter:
         form = _form(arguments)
         if is_name(text) or text in session.values.names():
             reading = session.values.read(text)
-            value = format_word(reading.word, reading.type, form)
+            value = text_of(reading, form)
             return {"result": value, "type": reading.type, "variablesReference": 0}
         result = session.evaluate(text)
         if isinstance(result, bool):

@@ -8,7 +8,7 @@ from typing import Any
 
 from asip_asm.isa import default_isa
 from sim.debug.asip_dbg.session import Session
-from sim.debug.asip_dbg.values import Reading, ValueMissing, format_word
+from sim.debug.asip_dbg.values import Reading, ValueMissing, text_of
 
 THREAD = 1
 """The core, the only thread."""
@@ -129,7 +129,7 @@ class Views:
     def _shown(reading: Reading, form: str) -> Body:
         return {
             "name": reading.name,
-            "value": format_word(reading.word, reading.type, form),
+            "value": text_of(reading, form),
             "type": f"{reading.type} in {reading.place}",
             "evaluateName": reading.name,
             "variablesReference": 0,

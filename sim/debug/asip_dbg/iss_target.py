@@ -108,6 +108,9 @@ class IssTarget:
     def counters(self) -> dict[str, int]:
         return {"BUNDLES": self._run.bundles} if self._run else {}
 
+    def stream_places(self) -> dict[str, int]:
+        return dict(zip("AB", self.iss.stream_places, strict=False))
+
     def clear(self) -> None:
         self._run = None
 

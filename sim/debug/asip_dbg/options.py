@@ -20,7 +20,7 @@ EPILOG = """examples:
   asip-dbg leg.s --config small --port /dev/ttyUSB0
   asip-dbg --dap leg.s
 
-An image needs its debug map beside it (leg.asip.map.json), which asip-as and asip-model write. help
+An image needs its debug map (leg.asip.map.json) next to it; asip-as and asip-model write it. help
 at the prompt lists the commands; docs/debugger.md is a session from a wrong program to its fault.
 
 exit status: 0 or what quit says, 1 an error in a file, script or target, 2 wrong command line,
@@ -59,13 +59,13 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     place.add_argument(
         "--iss",
         action="store_true",
-        help="debug on the instruction-set model: nothing to build, no cycles; without this the "
-        "Verilated core with its debug block, built at first use",
+        help="debug on the instruction-set model, which needs no build and has no cycles; the "
+        "default is the Verilated core with its debug block, built at first use",
     )
     place.add_argument(
         "--uart",
         action="store_true",
-        help="as without, through the serial pins of the Verilated core",
+        help="debug on the Verilated core through its serial pins",
     )
     place.add_argument(
         "--connect",
@@ -88,7 +88,9 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         help="assemble a source with one operation per bundle, in the order written",
     )
     parser.add_argument(
-        "--function", metavar="NAME", help="which one, of an image of several (asip-model)"
+        "--function",
+        metavar="NAME",
+        help="function to debug, if the image has several (asip-model)",
     )
     parser.add_argument(
         "--set", action="append", default=[], metavar="NAME=VALUE", help="input of the ticks"
@@ -109,7 +111,11 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         help="carry out the commands of a file, before those that are typed",
     )
     parser.add_argument(
-        "-ex", dest="commands", action="append", metavar="COMMAND", help="carry out a command"
+        "-ex",
+        dest="commands",
+        action="append",
+        metavar="COMMAND",
+        help="execute a command of the debugger",
     )
     parser.add_argument("--batch", action="store_true", help="end after the commands of -x and -ex")
     parser.add_argument(

@@ -6,10 +6,11 @@ from __future__ import annotations
 import hashlib
 import os
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 from asip_asm.assemble import build_program, encode
-from asip_asm.debug_map import FILE_BYTES, DebugMap, Finder, map_path
+from asip_asm.debug_map import FILE_BYTES, DebugMap, Finder, Value, map_path
 from asip_asm.debug_values import debug_map
 from asip_asm.disassemble import bundle_text, decode_bundle
 from asip_asm.files import read_bytes
@@ -102,6 +103,22 @@ class DebuggedProgram:
         labels = {address: name for name, address in self.image.labels.items()}
         names = {a: labels.get(a, str(a)) for a in range(isa.program_bundles)}
         return bundle_text(decoded, isa, names)
+
+    def is_vector(self, value: Value) -> bool:
+        """Whether an operation in all lanes of its pipe writes this value."""
+        return any((write.bundle, write.slot) in self._vectors for write in value.writes)
+
+    @cached_property
+    def _vectors(self) -> set[tuple[int, int]]:
+        """Bundles and slots of operations that write a register in all lanes."""
+        isa, found = default_isa(), set()
+        vectors = {op.name for op in isa.of_unit("lanes") if "lane" not in op.operands}
+        for bundle, word in enumerate(self.image.bundles):
+            slots = decode_bundle(int(word, 16), self.image.configuration, isa).slots
+            for slot, operation in enumerate(slots):
+                if operation is not None and operation.mnemonic in vectors:
+                    found.add((bundle, slot))
+        return found
 
     def stores(self, address: int) -> list[int]:
         """Bundles with a store that may write a data word: its address is this or is computed."""

@@ -316,6 +316,10 @@ class Session:
             except ValueMissing:
                 if not values:
                     raise
+        if any("." in place for place in places):
+            raise SessionError(
+                f"{name} is a lane; watch the vector, all of whose lanes are written"
+            )
         places = [place for place in places if place[0] in "abco"]
         if len(places) != 1:
             why = (

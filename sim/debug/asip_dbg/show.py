@@ -286,6 +286,34 @@ class Show:
             f"{self.session.program.bundles} bundles"
         )
 
+    def streams(self, rest: str) -> None:
+        """Blocks of the streams, and the words that the pipes take next."""
+        blocks = self.session.program.image.streams
+        if not blocks:
+            self.write("the program has no streams")
+            return
+        rows = [
+            (
+                block.name,
+                block.pin,
+                f"{block.address}..{block.address + len(block.words) - 1}",
+                "vectors" if block.lanes else "words",
+            )
+            for block in blocks
+        ]
+        self._table(("block", "pipe", "places", ""), rows)
+        for pin, place in self.session.target.stream_places().items():
+            self.write(f"pipe {pin} takes place {place} next")
+
+    def stream_words(self, name: str, count: int, form: str) -> None:
+        """First words of a block of a stream, four a line, a vector a line."""
+        for line in range(0, count, 4):
+            readings = [
+                self.session.values.read(f"{name}[{i}]") for i in range(line, min(line + 4, count))
+            ]
+            cells = "  ".join(format_word(each.word, "float", form) for each in readings)
+            self.write(f"{name}[{line}]:  {cells}")
+
     def data(self, start: int, count: int, form: str) -> None:
         """Words of data memory, four a line."""
         names = {address: name for name, address in self.session.program.image.data_names.items()}

@@ -44,7 +44,8 @@ class Status:
 
 
 class Target(Protocol):
-    """A core with a program. Words are raw, 32 bits; places are 'a3', 'k7', 'o0', 'd12'.
+    """A core with a program. Words are raw, 32 bits; places are 'a3', 'k7', 'o0', 'd12',
+    'a3.2' in a further lane.
 
     All methods raise TargetGone if the target does not answer.
     """
@@ -88,6 +89,9 @@ class Target(Protocol):
 
     def counters(self) -> dict[str, int]:
         """Counters of the run, as far as the target has them."""
+
+    def stream_places(self) -> dict[str, int]:
+        """Place of the next word of each pipe's stream, as far as the target has it."""
 
     def clear(self) -> None:
         """End a fault."""

@@ -17,7 +17,9 @@ from sim.debug.asip_dbg.program import DebuggedProgram
 from sim.debug.asip_dbg.target import Target, TargetError, TargetGone
 
 _PLACE = re.compile(r"\$?([abcko])([0-9]{1,3})")
-_DATA = re.compile(r"([A-Za-z_][A-Za-z0-9_.]*)(?:\[([0-9]{1,9})\])?")
+CONSTANT = "ks"
+"""First letters of places that a program cannot write: bank K, streams."""
+_ELEMENT = re.compile(r"([A-Za-z_][A-Za-z0-9_.]*)(?:\[([0-9]{1,9})\])?")
 _BITS = re.compile(r"0[xX]([0-9a-fA-F]{8})|0[bB]([01]{32})|0[fF]([0-9a-fA-F]{8})")
 
 
@@ -27,13 +29,16 @@ class ValueMissing(ValueError):
 
 @dataclass(frozen=True)
 class Reading:
-    """A value: name, 'float' or 'int', its bits, its place ('a3') and what is to know about it."""
+    """A value: name, 'float' or 'int', its bits, its place ('a3'), what is to know about it, and
+    the words of all lanes of a vector whose target shows them.
+    """
 
     name: str
     type: str
     word: int
     place: str
     note: str = ""
+    lanes: tuple[int, ...] = ()
 
     @property
     def number(self) -> float | int:
@@ -54,6 +59,13 @@ def format_word(word: int, type_name: str, form: str = "") -> str:
     if form == "d" or (not form and type_name == "int"):
         return str(number(word, "int"))
     return short_float(word)
+
+
+def text_of(reading: Reading, form: str = "") -> str:
+    """A reading in a form as `format_word` has them; of a vector all lanes that are there."""
+    if reading.lanes:
+        return f"[{', '.join(format_word(word, reading.type, form) for word in reading.lanes)}]"
+    return format_word(reading.word, reading.type, form)
 
 
 def short_float(word: int) -> str:
@@ -118,6 +130,7 @@ class Values:
         names += [constant.name for constant in image.constants]
         names += [export.name for export in image.exports]
         names += image.data_names
+        names += [block.name for block in image.streams]
         plain = re.compile(r"[A-Za-z_][A-Za-z0-9_.]*")
         return list(dict.fromkeys(name for name in names if plain.fullmatch(name)))
 
@@ -134,11 +147,54 @@ class Values:
         address = self.data_address(name)
         if address is not None:
             return Reading(name, "float", self.target_word(f"d{address}"), f"d{address}", "data")
-        raise ValueMissing(self._unknown(name))
+        element = self._stream_word(name) or self._lane(name)
+        if element is None:
+            raise ValueMissing(self._unknown(name))
+        return element
+
+    def _stream_word(self, name: str) -> Reading | None:
+        """A word of a block of a stream, which is that of the program; None if the name is none.
+
+        The words of a block of vectors have the order of the source: all lanes of a vector first.
+        Raises ValueMissing.
+        """
+        match = _ELEMENT.fullmatch(name)
+        block = match and next(
+            (each for each in self.program.image.streams if each.name == match.group(1)), None
+        )
+        if not match or not block:
+            return None
+        lanes, element = (block.words, *block.lanes), int(match.group(2) or 0)
+        count = len(lanes) * len(block.words)
+        if element >= count:
+            raise ValueMissing(f"{name}: {block.name} has {count} words, 0 to {count - 1}")
+        at, lane = divmod(element, len(lanes))
+        note = f"stream of pipe {block.pin}" + (f", lane {lane}" if block.lanes else "")
+        place = f"s{block.pin.lower()}{block.address + at}"
+        return Reading(name, "float", int(lanes[lane][at], 16), place, note)
+
+    def _lane(self, name: str) -> Reading | None:
+        """A lane of a vector, as `v[2]`; None if the name is none. Raises ValueMissing."""
+        match = _ELEMENT.fullmatch(name)
+        where = match and match.group(2) and self._vector(match.group(1))
+        if not match or not where:
+            return None
+        lane, lanes = int(match.group(2)), default_isa().lanes_of_a_vector
+        if lane >= lanes:
+            raise ValueMissing(f"{name}: a vector has lanes 0 to {lanes - 1}")
+        if not where.place:
+            raise ValueMissing(f"{match.group(1)}: {where.text}")
+        place = where.place + (f".{lane}" if lane else "")
+        return Reading(name, "float", self.target_word(place), place, f"lane {lane} of {lanes}")
+
+    def _vector(self, name: str) -> Where | None:
+        """Where a vector is now; None if the name is none."""
+        where = self.program.finder.find(name, self.position())
+        return where if where is not None and self.program.is_vector(where.value) else None
 
     def data_address(self, name: str) -> int | None:
         """Address of a word of a table, None if the name is none. Raises ValueMissing."""
-        match = _DATA.fullmatch(name)
+        match = _ELEMENT.fullmatch(name)
         tables = self.program.image.data_names
         if match is None or match.group(1) not in tables:
             return None
@@ -158,7 +214,14 @@ class Values:
             return
         if name in self._places or self.data_address(name) is not None:
             return
+        match = _ELEMENT.fullmatch(name)
+        if self._stream_word(name) or (match and self._named_vector(match.group(1))):
+            return
         raise ValueMissing(self._unknown(name))
+
+    def _named_vector(self, name: str) -> bool:
+        """Whether a name of the source is that of a vector."""
+        return any(map(self.program.is_vector, self.program.map.named(name)))
 
     def _own_input(self, name: str) -> None:
         """Inputs are known where the debugger writes them. Raises ValueMissing elsewhere."""
@@ -180,8 +243,21 @@ class Values:
         if value.line:
             equation = f" ({value.equation})" if value.equation else ""
             notes.append(f"{value.file}:{value.line}{equation}")
-        word = self.target_word(where.place)
-        return Reading(name, value.type, word, where.place, ", ".join(notes))
+        word, lanes = self.target_word(where.place), tuple[int, ...]()
+        if self.program.is_vector(value):
+            lanes = self._lanes(where.place)
+            if not lanes:
+                notes.insert(0, "lane 0 of a vector, the others only with --iss")
+        return Reading(name, value.type, word, where.place, ", ".join(notes), lanes)
+
+    def _lanes(self, place: str) -> tuple[int, ...]:
+        """Words of a vector by lane; none where the target shows the first lane alone."""
+        count = default_isa().lanes_of_a_vector
+        try:
+            further = [self.target_word(f"{place}.{lane}") for lane in range(1, count)]
+        except ValueMissing:
+            return ()
+        return (self.target_word(place), *further)
 
     def _is_place(self, name: str) -> bool:
         match = _PLACE.fullmatch(name)
@@ -226,7 +302,7 @@ class Values:
             self.inputs[name] = self.word(name, kind, value) if word is None else word
             return self.read(name)
         reading = self.read(name)
-        if reading.place.startswith("k"):
+        if reading.place[0] in CONSTANT:
             raise ValueMissing(
                 f"{name} is a constant of the program; change it in the source, or with -D"
             )

@@ -50,13 +50,17 @@ def _arguments() -> argparse.ArgumentParser:
         "--trigger",
         default="",
         metavar="WORDS",
-        help="of the block itself, such as 'force rising 5' or 'speed outside -1 1': the ring "
-        "around it comes whole, whatever the line loses",
+        help="trigger of the debug block, such as 'force rising 5' or 'speed outside -1 1'; the "
+        "records around it are complete, even if the line is too slow for all others",
     )
     parser.add_argument(
-        "--before", type=_share, default=0.5, metavar="SHARE", help="of that ring (0.5)"
+        "--before",
+        type=_share,
+        default=0.5,
+        metavar="SHARE",
+        help="share of these records before the trigger (0.5)",
     )
-    parser.add_argument("--port", type=int, default=0, help="of the page (any free one)")
+    parser.add_argument("--port", type=int, default=0, help="TCP port of the page (any free one)")
     return parser
 
 

@@ -347,31 +347,32 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument(
         "--sine",
         choices=SINES,
-        help="balanced (if not given): those sines and cosines that would wait for the sine unit, "
-        "of inputs with limits, become polynomials; unit: none; pipes: all of inputs with limits",
+        help="which sines and cosines of inputs with limits become polynomials: those that would "
+        "wait for the sine unit (balanced, the default), none (unit), or all (pipes)",
     )
     parser.add_argument(
         "--constants",
         type=count,
-        help="at most so many constants of a function in bank K, the others in data memory",
+        help="largest number of constants of a function in bank K; the others are in data memory",
     )
     parser.add_argument(
         "--c", action="store_true", help="write the law as C too: STEM.tick.c, STEM.tick.h"
     )
     parser.add_argument("--prove", action="store_true", help="run on the core and compare")
-    parser.add_argument("--inputs", type=count, default=10_000, help="inputs of the proof")
+    parser.add_argument(
+        "--inputs", type=count, default=10_000, help="number of inputs that the proof tries (10000)"
+    )
     parser.add_argument(
         "--points",
         type=Path,
         metavar="FILE",
-        help="table of inputs that the proof tries too, comma-separated, names in the first line",
+        help="CSV file of further inputs for the proof, with their names in the first line",
     )
     parser.add_argument(
         "--boxes-effort",
         type=count,
         metavar="N",
-        help=f"million operations that the certificate may take, {EFFORT} if not given; more make "
-        "its bounds tighter",
+        help=f"million operations for the certificate ({EFFORT}); more give tighter bounds",
     )
     parser.add_argument("--seed", type=int, default=1, help="seed of the proof's inputs")
     add_robot_options(parser)
@@ -379,7 +380,7 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         "--loop",
         type=duration,
         metavar="SECONDS",
-        help="closed loop with the robot of a URDF (computed_torque)",
+        help="simulate this time in closed loop with the robot of a URDF (computed_torque)",
     )
     options = parser.parse_args(arguments)
     options.parts = []

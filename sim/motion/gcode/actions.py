@@ -82,7 +82,7 @@ class Actions:
         """By way of the words' point to the stored pose, in the axes of the words or in all."""
         home, named = self.state.home, [letter in values for letter in AXES]
         if any(named):
-            self._run(Motion.RAPID, target(self.state, values))
+            self.run(Motion.RAPID, target(self.state, values))
         end = home
         if any(named):
             turned = bool(self.state.rotation) and not self.state.modes.in_table_frame
@@ -151,7 +151,7 @@ class Actions:
         if motion.is_arc:
             self._arc(motion, end, values, at, clean)
             return
-        self._run(motion, end)
+        self.run(motion, end)
 
     def _check_alone(self, code: Word | None, clean: bool) -> None:
         """A block without a place: only some motion words may stand alone."""
@@ -195,7 +195,7 @@ class Actions:
             )
         elif clean:
             centre = arc_centre(self.state, motion, end, values, at)
-        self._run(motion, end, centre, turns_of(self.state, values.get("P")))
+        self.run(motion, end, centre, turns_of(self.state, values.get("P")))
 
     def _thread(
         self, motion: str, end: Pose, values: dict[str, Word], at: Word, clean: bool
@@ -233,9 +233,9 @@ class Actions:
             state.modes = replace(modes, feed=feed, feed_mm_per_unit=1.0, override=False)
             if motion == "G33.1":
                 state.modes.tolerance = state.modes.merge = 0.0
-            self._run(Motion.LINEAR, end)
+            self.run(Motion.LINEAR, end)
             if motion == "G33.1":
-                self._run(Motion.LINEAR, start)
+                self.run(Motion.LINEAR, start)
             state.modes = modes
 
     def _probe(
@@ -249,7 +249,7 @@ class Actions:
             self.report(at, f"{motion} with G93", "feed per minute (G94)", "write G94 before")
             return
         state.modes = replace(modes, tolerance=0.0, merge=0.0)
-        self._run(Motion.LINEAR, end)
+        self.run(Motion.LINEAR, end)
         state.modes = modes
         state.store_probed()
         self.rest(0.0)
@@ -284,7 +284,7 @@ class Actions:
                 inner, merge = number > 0, move.merge if len(ends) == 1 else 0.0
                 self.output.put([replace(move, feed=feed, inner=inner, merge=merge)])
 
-    def _run(self, motion: Motion, end: Pose, centre: Centre | None = None, turns: int = 1) -> None:
+    def run(self, motion: Motion, end: Pose, centre: Centre | None = None, turns: int = 1) -> None:
         """Moves to `end` in programmed coordinates, centre likewise."""
         if self.state.mistakes.found:  # a text with a mistake yields no program
             self.state.position = self.state.machine(end)
@@ -314,5 +314,5 @@ class Actions:
             if isinstance(step, float):
                 self.rest(step)
             else:
-                self._run(*step)
+                self.run(*step)
         modes.tolerance, modes.merge = saved

@@ -77,22 +77,33 @@ def arc_centre(
             "give the distance from the start of the arc to its centre",
         )
         return None
-    radius, end_radius = math.hypot(dx, dy), math.hypot(chord[0] - dx, chord[1] - dy)
+    scale = state.modes.mm_per_unit
+    radii = math.hypot(dx, dy) / scale, math.hypot(chord[0] - dx, chord[1] - dy) / scale
+    if not radii_fit(state, *radii, at):
+        return None
+    return start[first] + dx, start[second] + dy
+
+
+def radii_fit(state: State, at_start: float, at_end: float, at: Word) -> bool:
+    """Whether the radii at both ends of an arc, in the unit of the program, are as good as equal;
+    reports the word if not."""
+    mm_per_unit = state.modes.mm_per_unit
+    radius, end_radius = at_start * mm_per_unit, at_end * mm_per_unit
     most = CENTRE_TOLERANCE_MM
     if mm_per_unit == MM_PER_INCH:
         most = CENTRE_TOLERANCE_INCH * MM_PER_INCH
     greatest, least = max(radius, end_radius), min(radius, end_radius)
     tolerance = min(max(most, RELATIVE * greatest), 100 * most, LARGEST_GROWTH * least)
     if abs(radius - end_radius) > max(tolerance, MISSES * 1e3):
-        report(
+        state.report(
             at,
             f"the end of the arc is not on its circle: radius {radius:.4f} mm at the start, "
             f"{end_radius:.4f} mm at the end",
             f"a difference of at most {tolerance:.4f} mm",
             "check the end point and the offsets from the start to the centre",
         )
-        return None
-    return start[first] + dx, start[second] + dy
+        return False
+    return True
 
 
 def turns_of(state: State, word: Word | None) -> int:

@@ -15,12 +15,16 @@ MAX_LINE_NUMBER = 99999  # NISTIR 6556, 3.3.1
 CYCLES = ("G81", "G82", "G83")
 SPLINES = ("G5", "G5.1", "G5.2", "G5.3")
 THREADS = ("G33", "G33.1")
+LATHE = ("G70", "G71", "G71.1", "G71.2", "G72", "G72.1", "G72.2")
 PROBES = ("G38.2", "G38.3", "G38.4", "G38.5")
 ENDS = ("M2", "M30")
 PAUSES = ("M0", "M1", "M60")
 SYSTEMS = tuple(f"G{n}" for n in range(54, 60)) + ("G59.1", "G59.2", "G59.3")
 GROUPS = {
-    "motion": (*(motion.value for motion in Motion), *SPLINES, *THREADS, *PROBES, "G80", *CYCLES),
+    "motion": (
+        *(*(motion.value for motion in Motion), *SPLINES, *THREADS, *PROBES),
+        *("G80", *CYCLES, *LATHE),
+    ),
     "plane": tuple(plane.value for plane in Plane),
     "unit": ("G20", "G21"),
     "distance": ("G90", "G91"),
@@ -41,7 +45,7 @@ GROUPS = {
 }
 _GROUP_OF = {code: group for group, codes in GROUPS.items() for code in codes}
 POLAR = "@^"
-_VALUE_LETTERS = AXES + OFFSETS + "RFNPQLSTHD" + POLAR
+_VALUE_LETTERS = AXES + OFFSETS + "RFNPQLSTHDE" + POLAR
 
 
 _PLACE = AXES + POLAR
@@ -58,10 +62,11 @@ _ACTS = {
     **{"G10": AXES + "PLR", "G28": AXES, "G92": AXES, "G28.1": "", "G4": "P"},
     **{"G43": "H", "G64": "PQ", "M50": "P", "M98": "PL"},
     **dict.fromkeys(("G41", "G42", "G41.1", "G42.1"), "D"),
+    **{"G70": "QXZDEP", **dict.fromkeys(LATHE[1:], "QXZDIR")},
 }
 """Letters that another word uses."""
 
-_OWN_BLOCK = ("G10", "G28", "G28.1", "G92")  # no motion runs in their block
+_OWN_WORDS = ("G10", "G28", "G28.1", "G92", *LATHE)  # the motion in force does not run
 
 
 def letters_of(code: str) -> str:
@@ -69,8 +74,11 @@ def letters_of(code: str) -> str:
     return _MOVES.get(code, "") + _ACTS.get(code, "")
 
 
-def sort_words(words: list[Word], report: WordReport) -> tuple[dict[str, Word], dict[str, Word]]:
-    """Words with values by letter, without N, and G, M words by modal group."""
+def sort_words(
+    words: list[Word], report: WordReport, more: str = ""
+) -> tuple[dict[str, Word], dict[str, Word]]:
+    """Words with values by letter, without N, and G, M words by modal group; more: letters that
+    are good here alone."""
     values: dict[str, Word] = {}
     codes: dict[str, Word] = {}
     for position, word in enumerate(words):
@@ -89,12 +97,12 @@ def sort_words(words: list[Word], report: WordReport) -> tuple[dict[str, Word], 
                 )
             else:
                 codes[group] = word
-        elif word.letter not in _VALUE_LETTERS:
+        elif word.letter not in _VALUE_LETTERS + more:
             known = known_letter(word.letter)
             report(
                 word,
                 f"{word.letter}, {known[0]}" if known else f"unknown word {word.letter}",
-                "one of G M N F S T X Y Z A C @ ^ I J K R P Q L H D",
+                "one of G M N F S T X Y Z A C @ ^ I J K R P Q L H D E",
                 known[1] if known else "text that is not code belongs into a comment ( )",
             )
         elif word.letter in values:
@@ -162,7 +170,7 @@ def check_unused(
     places = _PLACE if "G4" in acting else _PLACE + OFFSETS + "R"
     if motion in SPLINES:
         acting[motion] = _MOVES[motion]
-    elif acting.keys().isdisjoint(_OWN_BLOCK) and any(letter in values for letter in places):
+    elif acting.keys().isdisjoint(_OWN_WORDS) and any(letter in values for letter in places):
         # Without a motion a place is another mistake.
         acting[motion or ""] = _MOVES.get(motion or "", _MOVES["G2"])
     if "G10" in acting and "L" in values and values["L"].value == 20.0:
@@ -197,9 +205,10 @@ def check_unused(
         if letter in used:
             continue
         others = [code for code, own in {**_MOVES, **_ACTS}.items() if letter in own]
+        extruder = " alone; there is no extruder here" if letter == "E" else ""
         report(
             word,
             f"{letter} does not belong to {owner}",
             f"no word but {' '.join(dict.fromkeys(used))} with it" if used else "no such word",
-            f"remove {word.text}; {letter} is for {' '.join(others)}",
+            f"remove {word.text}; {letter} is for {' '.join(others)}{extruder}",
         )

@@ -31,7 +31,7 @@ from collections.abc import Iterator
 from sim.motion.gcode.branches import Branches
 from sim.motion.gcode.errors import MistakeError, Mistakes
 from sim.motion.gcode.execution import Execution, FlowStop, Line
-from sim.motion.gcode.oword import ARGUMENTS, NUMBER, O_LINE, HeadReader
+from sim.motion.gcode.oword import ARGUMENTS, NUMBER, O_LINE, Head, HeadReader
 from sim.motion.gcode.state import State
 from sim.motion.gcode.subroutines import Subroutines
 
@@ -73,6 +73,16 @@ class Flow(Execution):
             else:
                 yield line
         self.check_closed()
+
+    def call_lines(self, head: Head) -> Iterator[Line]:
+        """Calls the subroutine of the label; its lines without O words, until it returns."""
+        depth = len(self.frames)
+        self.subroutines.call(head, (self.mistakes.line, self.mistakes.source), [])
+        while len(self.frames) > depth and (line := self.next()) is not None:
+            if O_LINE.match(line[1]):
+                self._act(line)
+            else:
+                yield line
 
     def finish(self) -> None:
         """After the end of the program inside an O word: its branches and loops must be closed."""

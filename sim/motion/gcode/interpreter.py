@@ -5,8 +5,9 @@ Text in, moves out, as a stream or one Program. Accepted: G0 G1 G2 G3 (I J K or 
 G5.1 G5.2 G5.3 (splines.py), G33 G33.1 (threads), G38.2-G38.5 (probing, up to the end), G7 G8, G10
 L2 L20, G17-G19, G20 G21, G28 G28.1, G40-G42 with D and G41.1 G42.1 (cutter compensation), G43 H
 G49, G43.4 (coordinates of the table, table_frame.py), G53, G54-G59.3, G61 G61.1 G64 P Q, G80-G83
-with G98 G99, G90 G91, G90.1 G91.1, G92 G92.1-G92.3, G93 G94, polar words @ ^, T M6, M2 M30,
-M70-M73, O words (flow.py), parameters and expressions (expressions.py), comments `( )` and `;`, one
+with G98 G99, lathe cycles G70-G72.2 (lathe.py), G90 G91, G90.1 G91.1, G92 G92.1-G92.3, G93 G94,
+polar words @ ^, T M6, M2 M30, M70-M73, O words (flow.py), parameters and expressions
+(expressions.py), comments `( )` and `;`, one
 pair of `%` lines. M0 M1 M60 and M6 are rests of 0 s: the path stops, no operator is waited for.
 M7-M9 are read and do nothing, S and M3-M5 only give G33 its feed, because coolant and spindle have
 no output here. A (tilt) and C (rotation) are table axes in degrees in either length unit. At the
@@ -20,8 +21,9 @@ All mistakes of a file are collected (at most MAX_ERRORS) and raised together as
 Here is the order in which the parts of a block act; the parts are: words.py (words of a
 line), block.py (modal groups), state.py (modes, coordinates, parameters),
 modes.py (words that change them), actions.py (rests and moves), targets.py
-(ends), arcs.py (centres), cycles.py (drilling), runs.py (moves of the machine, as
-in moves.py), output.py and compensation.py (radius of the tool).
+(ends), arcs.py (centres), cycles.py (drilling), turning.py (lathe cycles),
+runs.py (moves of the machine, as in moves.py), output.py and compensation.py
+(radius of the tool).
 """
 
 from __future__ import annotations
@@ -34,7 +36,7 @@ from pathlib import Path
 
 from asip_asm.files import open_regular
 from sim.motion.gcode.actions import Actions
-from sim.motion.gcode.block import ENDS, PAUSES, SPLINES, THREADS, check_unused, sort_words
+from sim.motion.gcode.block import ENDS, LATHE, PAUSES, SPLINES, THREADS, check_unused, sort_words
 from sim.motion.gcode.errors import GcodeError, GcodeErrors, Mistakes, TooManyErrors
 from sim.motion.gcode.execution import FlowStop
 from sim.motion.gcode.expressions import Key, shown
@@ -44,6 +46,7 @@ from sim.motion.gcode.oword import Head
 from sim.motion.gcode.state import State
 from sim.motion.gcode.subroutines import RETURNED, VALUE
 from sim.motion.gcode.tools import NO_TOOLS, Tool
+from sim.motion.gcode.turning import Turning
 from sim.motion.gcode.words import LineReader, Word
 from sim.motion.geometry.moves import Dwell, GcodeProgram, Move, Pose
 from sim.motion.geometry.workspace import default_robot, pivot_of, start_of
@@ -238,12 +241,30 @@ class _Parser:
         clean = clean and len(self.mistakes.found) == known
         if spline or self.actions.splines.open:
             self.actions.spline(codes, values, motion or words[0], clean)
+        elif motion is not None and motion.code in LATHE:
+            self._turn(motion, codes, values, clean)
         elif single is not None and single.code != "G53":
             self.actions.single(single, codes, values, clean)
         else:
             self.actions.move(words, values, motion, single, clean)
         if "stop" in codes:
             self._stop(codes["stop"], words, clean)
+
+    def _turn(
+        self, word: Word, codes: dict[str, Word], values: dict[str, Word], clean: bool
+    ) -> None:
+        """A lathe cycle reads its subroutine as a contour, and cuts. It selects no motion."""
+        cycle = Turning(self.actions, word, codes, values)
+        if clean and cycle.begin():
+            block = self.mistakes.line, self.mistakes.source
+            for number, text in self.flow.call_lines(cycle.head):
+                self.mistakes.place(number, text)
+                words, settings = LineReader(text, self.mistakes.report, self.state.read).words()
+                self._set_parameters(settings)
+                cycle.contour.block(words)
+            self.mistakes.place(*block)
+            cycle.cut()
+        self.state.motion = None
 
     # Stops, saved state, subprograms
 

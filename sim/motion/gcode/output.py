@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from sim.motion.gcode.block import CYCLES, PROBES, SPLINES, THREADS
+from sim.motion.gcode.block import CYCLES, LATHE, PROBES, SPLINES, THREADS
 from sim.motion.gcode.compensation import Compensation, CompensationError
 from sim.motion.gcode.state import State
 from sim.motion.gcode.tools import Tool
@@ -110,7 +110,7 @@ class Output:
                 number = values["P"].value if "P" in values else 0.0
                 allowed = number not in (0.0, self.state.modes.system_index + 1)
             elif word.letter == "G" and "motion" in groups and codes.get("motion") is word:
-                allowed = code not in (*CYCLES, *SPLINES, *THREADS, *PROBES)
+                allowed = code not in (*CYCLES, *LATHE, *SPLINES, *THREADS, *PROBES)
             if not allowed:
                 self.state.report(
                     word,

@@ -19,6 +19,7 @@ from sim.motion.geometry.moves import AXES, Plane, Pose, pose_of
 _AXIS_PARAMETER = (0, 1, 2, 3, 5)
 _HOME, _G92_ACTIVE, _G92, _SYSTEM, _SYSTEM_1, _POSITION = 5161, 5210, 5211, 5220, 5221, 5420
 _PROBED, _TOUCHED = 5061, 5070
+_NAMED: dict[Key, int] = {f"_{letter}": _POSITION + n for n, letter in enumerate("xyzabcuvw")}
 _ROTATION = 9  # its number after the first one of a coordinate system
 _ZERO: Pose = (0.0,) * 5
 
@@ -123,7 +124,9 @@ class State:
         Raises NoValueError where the position is not known.
         """
         if isinstance(key, str):
-            return self._of(key).get(key)
+            if key not in _NAMED:
+                return self._of(key).get(key)
+            key = _NAMED[key]
         if not _POSITION <= key < _POSITION + 9:
             return self.parameters.get(key, 0.0)
         if key - _POSITION not in _AXIS_PARAMETER:
@@ -149,6 +152,8 @@ class State:
     @staticmethod
     def is_read_only(key: Key) -> bool:
         """Whether a parameter tells the state and cannot be set: the position, the system."""
+        if key in _NAMED:
+            return True
         return isinstance(key, int) and (_POSITION <= key < _POSITION + 9 or key == _SYSTEM)
 
     def _store(self, first: int, pose: Pose) -> None:

@@ -11,6 +11,7 @@ _LATHE = "this machine is no lathe; write the passes as G0 and G1"
 _IO = "there are no inputs and outputs for programs here"
 _OVERRIDE = "the feed override (--override) is switched by M48, M49 and M50 P alone"
 _AXIS = "the axes are X Y Z A C"
+_LATHE_U = "only contours of G70 to G72 take U and W, as distances, and the allowance of G71 is D"
 
 # (codes, what they are, why or what instead)
 _TABLE = (
@@ -39,7 +40,7 @@ _TABLE = (
     ("G65 G66 G67", "a macro call of Fanuc controls", "use O<name> call [a] [b]"),
     ("G68 G69", "a turned coordinate system", "turn the points with SIN and COS, or use @ and ^"),
     ("G68.2 G69.1 G53.1", "a tilted work plane", "use G43.4 with A and C"),
-    ("G70 G71 G71.1 G71.2 G72 G72.1 G72.2 G75 G76 G90.2 G92.4", "a lathe cycle", _LATHE),
+    ("G75 G76 G90.2 G92.4", "a lathe cycle", _LATHE),
     ("G73", "drilling with chip breaking", "use G83, or write the moves"),
     ("G74 G84 G84.1 G88 G84.2 G84.3", "tapping, or a cycle with spindle stop", "use G33.1 with K"),
     ("G85 G86 G87 G89", "a boring cycle", "use G82, or write G1 down and G1 up"),
@@ -70,10 +71,9 @@ IGNORED = (
 
 _LETTERS = {
     "B": ("an axis about Y", f"this machine has none; {_AXIS}"),
-    "E": ("an extruder or a precise pitch", "this machine has none"),
-    "U": ("an axis along X", f"this machine has none; {_AXIS}"),
+    "U": ("an axis along X", f"this machine has none; {_AXIS}; {_LATHE_U}"),
     "V": ("an axis along Y", f"this machine has none; {_AXIS}"),
-    "W": ("an axis along Z", f"this machine has none; {_AXIS}"),
+    "W": ("an axis along Z", f"this machine has none; {_AXIS}; {_LATHE_U}"),
 }
 
 

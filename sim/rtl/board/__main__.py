@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A simulated board with a serial port, for whoever has no board yet."""
+"""Simulate a board with a serial port, to try the commands without a board."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ EPILOG = """The path printed is a serial device as long as this command runs (Ct
 
   asip-run leg.s --port PATH --set x=0.3
 
-A simulated board runs some hundred thousand clocks a second: at 115 200 bit/s, as of colorlight-i9,
-a program takes minutes to load; take ulx3s.
+A simulated board runs some hundred thousand clocks a second. At the 115 200 bit/s of colorlight-i9
+a program takes minutes to load, so use ulx3s.
 
 exit status: 0 ended, 1 no model could be built, 2 wrong command line
 """
