@@ -23,8 +23,8 @@ Step = tuple[Motion, Pose] | float
 def drill(state: State, values: dict[str, Word], at: Word) -> Iterator[Step]:
     """Steps of a block with the cycle state.motion in force; none after a mistake.
 
-    values: words of the block by letter; at: word that mistakes of the whole block are told of.
-    Each step is taken from the end of the one before. Numbers are kept in state.sticky.
+    values: words of the block by letter; at: word at which mistakes of the block are reported.
+    Each step starts at the end of the previous one. Numbers are stored in state.sticky.
     """
     modes = state.modes
     first, second = modes.plane.axes
@@ -33,7 +33,7 @@ def drill(state: State, values: dict[str, Word], at: Word) -> Iterator[Step]:
         return
     retract, bottom = state.sticky["R"], state.sticky[_LETTERS[axis]]
     if modes.incremental:
-        retract += state.initial_level  # of the whole series, as rs274
+        retract += state.initial_level  # one level for the whole series, as in rs274
         bottom += retract
     if bottom > retract:
         state.report(
@@ -53,7 +53,7 @@ def drill(state: State, values: dict[str, Word], at: Word) -> Iterator[Step]:
     clear = retract
     if not modes.retract_to_r:
         clear = max(state.initial_level, retract)
-        place[axis] = max(level, clear)  # LinuxCNC: also the way to the hole is at that level
+        place[axis] = max(level, clear)  # as LinuxCNC: the move to the hole is at that level too
     given = [(index, value) for index, value in state.axis_values(values) if index != axis]
     repeats = values.get("L")
     for _ in range(int(repeats.value) if repeats else 1):
@@ -81,7 +81,7 @@ def _few_steps(state: State, values: dict[str, Word], depth: float, at: Word) ->
 
 
 def _accepted(state: State, values: dict[str, Word], axis: int, at: Word) -> bool:
-    """Whether the words of the block make a cycle; its numbers are then kept."""
+    """Whether the words of the block make a cycle; its numbers are then stored."""
     cycle = state.motion
     if state.modes.inverse_time:
         state.report(at, f"{cycle} with G93", "feed per minute (G94)", "write G94 before")

@@ -4,7 +4,7 @@
 As in LinuxCNC, blanks inside numbers do not count (X1 000. is X1000), and a `/` first in the line
 changes nothing: block delete is off.
 
-Settings `#n = value` of a line take effect behind it; all reads of the line see the old values.
+Settings `#n = value` take effect after their line; all reads in the line see the old values.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from sim.motion.gcode.errors import MistakeError, Report
 from sim.motion.gcode.expressions import FUNCTIONS, LETTERS, Key, ValueReader
 
-OFFSETS = "IJK"  # of the centre of an arc
+OFFSETS = "IJK"  # letters of the centre of an arc
 MAX_NUMBER = 1e7  # larger magnitudes are typing mistakes on any machine
 
 
@@ -119,7 +119,7 @@ class LineReader(ValueReader):
                 else:
                     self._stray(begin)
             except MistakeError:
-                # What follows a broken expression cannot be told from its rest.
+                # The words after a broken expression cannot be distinguished from its rest.
                 broken = self.depth > 0 or char == "#"
                 self.at = len(source) if broken else max(self.at, begin + 1)
         return words, settings
