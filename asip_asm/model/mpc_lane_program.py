@@ -5,7 +5,8 @@ The iterations are those of `mpc_program`. Rows of a matrix with equal columns s
 and a column that a vector does not have takes no cycle. The auxiliary slot bounds a step, so
 
 - the data memory holds t alone of each boxed coordinate, from which v, w and h follow: one store
-  and two loads of an iteration, instead of two stores and two loads;
+  and two loads of an iteration, instead of two stores and two loads. Of inputs in a cone it holds w
+  and h, so that each is limited once;
 - p and r are those of `mpc_program` divided by the penalty of their coordinate, with gains to
   match, so that h itself is the gradient;
 - the sweep is linear in its gradients, so what the reference adds to d is found once in a tick, and
@@ -47,6 +48,12 @@ class LaneMaker(Maker):
         self.to_u = Words(np.concatenate((-gains.k, ones), 2), (STEP,))
         b = np.broadcast_to(problem.b, (steps, n, m))
         self.to_x = Words(np.concatenate((gains.f, b), 2), (STEP,))
+        # A name that `vout` writes belongs to one pipe: that which the backward sweep chooses.
+        self.homes: dict[str, str] = {}
+        self.placed(self.filled(reversed_gains(self.to_d)), True)
+        for group, ((pipe, _),) in self.placed(self.filled(reversed_gains(self.to_p)), False):
+            self.homes |= {self.p[row]: PIPES[pipe] for row in group}
+        self.load = [0] * len(PIPES)
 
     # ------------------------------------------------------------------ addresses
     def index(self, value: int) -> None:
@@ -73,12 +80,9 @@ class LaneMaker(Maker):
         """
         values, filled = matrix.values, self.filled(matrix)
         rows: Rows = [[] for _ in filled]
-        for number, group in enumerate(groups(filled, self.lanes)):
-            columns = np.flatnonzero(filled[group].any(axis=0)).tolist()
-            first = int(np.argmin(self.load))
-            for n, pipe in enumerate([first, 1 - first] if into else [first]):
+        for number, (group, shares) in enumerate(self.placed(filled, bool(into))):
+            for pipe, mine in shares:
                 pin = PIPES[pipe]
-                mine = columns[n::2] if into else columns
                 ends: list[Operand] = []
                 for part in range(PARTS):
                     total = ""
@@ -92,7 +96,6 @@ class LaneMaker(Maker):
                             else self.plan.vector("vfmul", words, x[j], pipe=pin)
                         )
                     ends += [total] if total else []
-                self.load[pipe] += len(mine) + len(ends) - 1 + len(group)
                 to = f"{into}{number}{pin}" if into else ""
                 if len(ends) == PARTS or into:
                     ends += [0.0] * PARTS
@@ -100,6 +103,23 @@ class LaneMaker(Maker):
                 for lane, row in enumerate(group):
                     rows[row] += [(pin, str(name), lane) for name in ends]
         return rows
+
+    def placed(
+        self, filled: np.ndarray, split: bool
+    ) -> list[tuple[list[int], list[tuple[int, list[int]]]]]:
+        """Groups of rows, and the columns of a group that each of its pipes has: the pipe with less
+        work so far, with `split` both.
+        """
+        found = []
+        for group in groups(filled, self.lanes):
+            columns = np.flatnonzero(filled[group].any(axis=0)).tolist()
+            first = int(np.argmin(self.load))
+            pipes = [first, 1 - first] if split else [first]
+            shares = [(pipe, columns[n :: len(pipes)]) for n, pipe in enumerate(pipes)]
+            for pipe, mine in shares:
+                self.load[pipe] += len(mine) + min(len(mine), PARTS) - 1 + len(group)
+            found.append((group, shares))
+        return found
 
     @staticmethod
     def filled(matrix: Words) -> np.ndarray:
@@ -127,11 +147,13 @@ class LaneMaker(Maker):
         results = []
         for i, sums in enumerate(rows):
             value: Operand = start[i] if start and start[i] else 0.0
+            name = into[i] if into else ""
+            fits = bool(sums) and self.homes.get(name, sums[-1][0]) == sums[-1][0]
             for k, (pipe, vector, lane) in enumerate(sums):
-                to = into[i] if into and k == len(sums) - 1 else ""
+                to = name if fits and k == len(sums) - 1 else ""
                 value = self.plan.vector("vout", value, vector, pipe=pipe, lane=lane, to=to)
-            if not sums:
-                value = self.copy(value if isinstance(value, str) else 0.0, into[i] if into else "")
+            if not sums or (name and not fits):
+                value = self.copy(value if isinstance(value, str) else 0.0, name)
             results.append(str(value))
         return results
 
@@ -139,42 +161,40 @@ class LaneMaker(Maker):
         return self.taken(self.sums(Words(matrix), x), into=into)
 
     # ------------------------------------------------------------------ limits
-    def limited(self, t: str, box: np.ndarray) -> str:
-        low, high = (float(each) for each in box)
-        if np.isinf(low):
-            return self.plan.op("fmin", t, high)
-        if np.isinf(high):
-            return self.plan.op("fmax", t, low)
-        return self.plan.op("fsat", t, low, high)
+    def pull_of(self, t: str, v: str, to: str = "") -> str:
+        return self.plan.op("fnmsub", 2.0, v, t, to=to)
 
-    def pull_of(self, t: str, box: np.ndarray, to: str = "") -> str:
-        return self.plan.op("fnmsub", 2.0, self.limited(t, box), t, to=to)
-
-    def pulls(
-        self, offsets: dict[int, int], before: int, box: np.ndarray, into: Sequence[str] = ()
-    ) -> list[str]:
-        """h of each coordinate of a step; empty, or with `into` a zero, where it has no limit."""
-        known = self.loaded(offsets, before)
-        found = []
-        for i in range(box.shape[1]):
+    def pulls_of_states(self, before: int, into: Sequence[str] = ()) -> dict[int, str]:
+        """h of the limited states of a step; with `into` of all, a zero without a limit."""
+        t, found = self.loaded(self.slot.w_x, before), {}
+        for i in range(len(self.problem.states)):
             to = into[i] if into else ""
-            if i in known:
-                found.append(self.pull_of(known[i], box[:, i], to))
-            else:
-                found.append(self.copy(0.0, to) if to else "")
+            if i in t:
+                v = self.limited(t[i], self.problem.state_box[:, i])
+                found[i] = self.pull_of(t[i], v, to)
+            elif to:
+                found[i] = self.copy(0.0, to)
         return found
 
     def pulls_of_inputs(self, before: int) -> dict[int, str]:
         """Those of a step's inputs, to the names that a sweep begins with."""
-        names = self.pulls(self.slot.w_u, before, self.problem.input_box, self.r)
-        return dict(enumerate(names))
+        alone = {j: o for j, o in self.slot.w_u.items() if j not in self.slot.h_u}
+        t = self.loaded(alone, before)
+        for j, name in enumerate(self.r):
+            if j in self.slot.h_u:
+                self.plan.load("slot", self.address(self.slot.h_u[j], before), "i", name)
+            elif j in t:
+                self.pull_of(t[j], self.limited(t[j], self.problem.input_box[:, j]), name)
+            else:
+                self.copy(0.0, name)
+        return dict(enumerate(self.r))
 
     def gradients(
         self, h_x: dict[int, str], pull: list[str], before: int, q: list[str], r: list[str]
     ) -> tuple[list[str], list[str]]:
         """Pulls of the last step, to p and r; those of the limited state are there already."""
         if not h_x:
-            self.pulls(self.slot.w_x, before, self.problem.state_box, self.p)
+            self.pulls_of_states(before, self.p)
         else:
             for i, name in enumerate(self.p):
                 if i not in h_x:
@@ -182,34 +202,32 @@ class LaneMaker(Maker):
         self.pulls_of_inputs(before)
         return q, r
 
-    def stepped(
-        self, value: str, old: str, place: tuple[int, int], box: np.ndarray
-    ) -> tuple[str, str]:
-        """New t of a coordinate, to be stored at an offset of a slot; the last limited value."""
-        v = self.limited(old, box)
+    def stepped(self, value: str, old: str, v: str, place: tuple[int, int]) -> str:
+        """New t of a coordinate, to be stored at an offset of a slot, from the last one and its
+        limited value.
+        """
         w = self.plan.op("fnmsub", self.alpha, v, old)
         t = self.plan.op("fmadd", self.alpha, value, w)
         self.kept.append((t, *place))
-        return t, v
+        return t
 
-    def residual_of(self, value: str, t: str, old: str, box: np.ndarray) -> str:
+    def residual_of(self, value: str, v: str, old: str, box: np.ndarray) -> None:
         """Squares of the distance from the limited value, and of the limited value's move."""
         plan, share = self.plan, 1 / float(half_width(box[:, None])[0])
-        v = self.limited(t, box)
         for name, (a, b) in zip(RESIDUALS, ((value, v), (v, old)), strict=True):
             scaled = plan.op("fmul", share, plan.op("fsub", a, b))
             plan.op("fmax", name, plan.op("fmul", scaled, scaled), to=name)
-        return v
 
     def limit_states(self, before: int, residuals: bool) -> dict[int, str]:
         found, box = {}, self.problem.state_box
         known = self.loaded(self.slot.w_x, before)
         for i, offset in self.slot.w_x.items():
-            t, old = self.stepped(self.x[i], known[i], (offset, before), box[:, i])
+            old = self.limited(known[i], box[:, i])
+            t = self.stepped(self.x[i], known[i], old, (offset, before))
             if residuals:
-                self.residual_of(self.x[i], t, old, box[:, i])
+                self.residual_of(self.x[i], self.limited(t, box[:, i]), old, box[:, i])
             elif not before:
-                found[i] = self.pull_of(t, box[:, i], self.p[i])
+                found[i] = self.pull_of(t, self.limited(t, box[:, i]), self.p[i])
         if not before:
             self.store_kept()
         return found
@@ -260,8 +278,8 @@ class LaneMaker(Maker):
             self.keep_inputs(self.d, self.slot.d, self.slot.d_ref)
             self.sums(to_d, both, "d")
             p = self.sums(to_p, both)
-            q = self.pulls(self.slot.w_x, 1, self.problem.state_box)
-            self.taken(p, q, self.p)
+            q = self.pulls_of_states(1)
+            self.taken(p, [q.get(i, "") for i in range(len(self.p))], self.p)
             self.pulls_of_inputs(1)
             self.store_kept(-1)
         self.keep_inputs(self.d, self.slot.d, self.slot.d_ref)
@@ -303,12 +321,16 @@ class LaneMaker(Maker):
         """Limit the inputs of a step, whose sums are a step late, and note the words to store."""
         known = self.loaded(self.slot.w_u, before)
         for j, value in enumerate(self.taken(self.u)):
-            z = value
-            if j in self.slot.w_u:
-                box = self.problem.input_box[:, j]
-                t, old = self.stepped(value, known[j], (self.slot.w_u[j], before), box)
+            z, box = value, self.problem.input_box[:, j]
+            if j in self.slot.t_u:
+                t = self.plan.op("fmadd", self.alpha, value, known[j])
+                self.kept.append((t, self.slot.t_u[j], before))
+            elif j in self.slot.w_u:
+                old = self.limited(known[j], box)
+                t = self.stepped(value, known[j], old, (self.slot.w_u[j], before))
                 if residuals:
-                    z = self.residual_of(value, t, old, box)
+                    z = self.limited(t, box)
+                    self.residual_of(value, z, old, box)
             if residuals:
                 self.kept.append((z, self.slot.z[j], before))
 

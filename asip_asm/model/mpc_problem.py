@@ -3,7 +3,7 @@
 
 A problem is: over `horizon` steps of x+ = A x + B u minimise the sum of (x - r)' Q (x - r) / 2 and
 u' R u / 2, the last state weighed with `terminal` in place of Q, each boxed state and input within
-its limits. docs/your_robot.md shows a file.
+its limits, and some inputs within a second-order cone. docs/your_robot.md shows a file.
 
 The solver is ADMM with over-relaxation (Boyd and others, 2011, sections 3.4.3 and 5.2), its primal
 step a Riccati recursion as in TinyMPC (Nguyen and others, ICRA 2024), but with the gains of each
@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, expm, solve_discrete_are
 
 from asip_asm.diagnostics import closest
+from asip_asm.model.mpc_cone import Cone
 from asip_asm.model.read import ModelError
 from asip_asm.source import is_reserved
 
@@ -32,10 +33,12 @@ REFERENCES = ("none", "point", "trajectory")
 """References: the origin; an input for the whole horizon; one for its end, used later."""
 KEYS = (
     "title", "horizon", "iterations", "sample_time", "continuous", "A", "B", "Q", "R", "terminal",
-    "reference", "states", "inputs", "state_box", "input_box", "start", "penalty", "relaxation",
+    "reference", "states", "inputs", "state_box", "input_box", "input_cone", "start",
+    "penalty", "relaxation",
 )  # fmt: skip
 SIZES = {"horizon": (2, 256), "iterations": (2, 1000), "states": (1, 32), "inputs": (1, 16)}
 """Least and most of each number; the memories of the core are checked where a program is made."""
+CONE = ("norm", "axis", "slope", "limit")
 RELAXATIONS = (1.0, 1.6)
 STEPS = (1.0, 0.25)
 """Penalties tried, for limits of -1 and 1: decades around 1, then quarters of the best decade."""
@@ -47,8 +50,9 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 @dataclass(frozen=True)
 class Problem:
     """A problem of n states and m inputs. boxes: (2, n) and (2, m), lower and upper limits, +-inf
-    without one. start: (2, n) box of the initial states for which distances are stated. penalty:
-    weights (n,) and (m,) of the constraints; relaxation: 1 for plain ADMM.
+    without one; the box of an input in the cone is that which the cone implies. start: (2, n) box
+    of the initial states for which distances are stated. penalty: weights (n,) and (m,) of the
+    constraints; relaxation: 1 for plain ADMM.
     """
 
     path: Path
@@ -69,6 +73,7 @@ class Problem:
     start: Matrix
     penalty: tuple[Matrix, Matrix]
     relaxation: float
+    cone: Cone | None = None
 
     @property
     def sizes(self) -> tuple[int, int, int]:
@@ -80,6 +85,14 @@ class Problem:
         boxes = (self.state_box, self.input_box)
         found = [np.flatnonzero(np.isfinite(box).any(axis=0)).tolist() for box in boxes]
         return found[0], found[1]
+
+    def limited_inputs(self, u: Matrix) -> Matrix:
+        """Nearest inputs within their limits, of inputs (..., m)."""
+        found = np.clip(u, *self.input_box)
+        if self.cone:
+            inputs = list(self.cone.inputs)
+            found[..., inputs] = self.cone.limited(u, self.penalty[1])[..., inputs]
+        return found
 
 
 @dataclass(frozen=True)
@@ -238,14 +251,71 @@ def load_problem(path: Path) -> Problem:
     if reference not in REFERENCES:
         file.fail("reference", f"reference = '{reference}'; it is {', '.join(REFERENCES)}")
     state_box, input_box = file.box("state_box", states, True), file.box("input_box", inputs, True)
+    cone, input_box = _cone(file, inputs, input_box)
     if not np.isfinite([*state_box.ravel(), *input_box.ravel()]).any():
         file.fail("input_box", "no state and no input has a limit; an LQR needs no MPC")
     problem = Problem(
         path, file.get("title", str), file.whole("horizon"), file.whole("iterations"), sample_time,
         a, b, q, r, _terminal(file, a, b, q, r), reference, states, inputs, state_box, input_box,
-        file.box("start", states, False), (np.zeros(n), np.zeros(m)), 1.0,
+        file.box("start", states, False), (np.zeros(n), np.zeros(m)), 1.0, cone,
     )  # fmt: skip
     return _with_penalty(file, problem)
+
+
+def _cone(file: _File, inputs: tuple[str, ...], box: Matrix) -> tuple[Cone | None, Matrix]:
+    """The cone of the file, if any, and the box of the inputs with what the cone implies."""
+    key, table = "input_cone", file.get("input_cone", dict, {})
+    if not table:
+        return None, box
+    for name in table:
+        if name not in CONE:
+            near = closest(name, CONE) or f"a cone has {', '.join(CONE)}"
+            file.fail(key, f"unknown key '{key}.{name}'; {near}")
+
+    def number(name: str, default: float) -> float:
+        value = table.get(name, default)
+        if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
+            file.fail(key, f"{key}.{name} = {value!r}; give a number")
+        return float(value)
+
+    def known(name: object) -> int:
+        if name not in inputs:
+            near = closest(name, inputs) if isinstance(name, str) else ""
+            file.fail(key, f"{key} names {name!r}; {near or 'inputs are ' + ', '.join(inputs)}")
+        return inputs.index(str(name))
+
+    given = table.get("norm")
+    if not isinstance(given, list) or not given:
+        file.fail(key, f"{key}.norm = {given!r}; give a list of inputs")
+    norm = tuple(known(name) for name in given)
+    axis = known(table["axis"]) if "axis" in table else None
+    named = [*norm, *([] if axis is None else [axis])]
+    twice = next((inputs[j] for j in named if named.count(j) > 1), None)
+    if twice:
+        file.fail(key, f"{key} names '{twice}' twice; take it out of norm or axis")
+    if ("axis" in table) != ("slope" in table):
+        file.fail(key, f"{key} has one of axis and slope; give both, or neither for a ball")
+    slope, limit = number("slope", 0.0), number("limit", 0.0)
+    if axis is not None and slope <= 0:
+        file.fail(key, f"{key}.slope = {slope:g}; it is above 0")
+    for j in norm:
+        if np.isfinite(box[:, j]).any():
+            file.fail("input_box", f"input_box limits '{inputs[j]}', which {key} limits; give it "
+                      "-inf and inf there, or take it out of the cone")  # fmt: skip
+    low = high = 0.0
+    if axis is not None:
+        low, high = max(float(box[0, axis]), -limit / slope), float(box[1, axis])
+        if not np.isfinite(high):
+            file.fail("input_box", f"input_box has no upper limit of '{inputs[axis]}', the axis of "
+                      f"{key}; give one")  # fmt: skip
+    cone = Cone(norm, axis, slope, limit, low, high)
+    if not cone.radius > 0:
+        file.fail(key, f"{key} allows a norm of {cone.radius:g} at most; give a larger limit")
+    box = box.copy()
+    box[:, list(norm)] = [[-cone.radius], [cone.radius]]
+    if axis is not None:
+        box[0, axis] = low
+    return cone, box
 
 
 def _terminal(file: _File, a: Matrix, b: Matrix, q: Matrix, r: Matrix) -> Matrix:
@@ -346,7 +416,7 @@ class _Dense:
         self.q = np.kron(np.eye(steps), problem.q)
         self.q[-n:, -n:] = problem.terminal
         self.r = np.kron(np.eye(steps), problem.r)
-        self.box = [np.tile(box, steps) for box in (problem.state_box, problem.input_box)]
+        self.box = np.tile(problem.state_box, steps)
 
     def solve(self, problem: Problem, start: Matrix, iterations: int) -> Matrix:
         """Inputs (samples, steps m) within their box after so many iterations from zero."""
@@ -365,7 +435,11 @@ class _Dense:
             u = -(fixed + h[0] @ gain[0] + h[1] @ gain[1])
             both = (free + u @ self.forced.T, u)
             t = [alpha * one + each for one, each in zip(both, w, strict=True)]
-            slack = [np.clip(one, *box) for one, box in zip(t, self.box, strict=True)]
+            inputs = t[1].reshape(len(start), steps, -1)
+            slack = [
+                np.clip(t[0], *self.box),
+                problem.limited_inputs(inputs).reshape(t[1].shape),
+            ]
             w = [one - alpha * v for one, v in zip(t, slack, strict=True)]
             h = [one - 2 * v for one, v in zip(t, slack, strict=True)]
         return slack[1]
@@ -381,6 +455,6 @@ class _Dense:
         """Cost, and largest violation of a state's box by half its width, of each plan."""
         states = u @ self.forced.T + start @ self.free.T
         cost = (states @ self.q * states).sum(axis=1) + (u @ self.r * u).sum(axis=1)
-        low, high = self.box[0]
-        half = half_width(self.box[0])
+        low, high = self.box
+        half = half_width(self.box)
         return cost / 2, (np.maximum(low - states, states - high).clip(0) / half).max(axis=1)

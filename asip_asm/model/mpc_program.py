@@ -10,24 +10,31 @@ the relaxed iterate is added to before it is limited, and h, the pull of the lim
 
 The slot of step k holds what belongs to u_k and x_{k+1}. A slot before the first one takes what the
 loops write for the measured state, which no result depends on. The r in Q r is the reference.
+
+Inputs in a cone wait with their t until all steps have one. Then a loop of its own limits them,
+some steps in a round, whose roots and quotients overlap.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 
 import numpy as np
 
 from asip_asm.machine import Machine
 from asip_asm.model.law import Law, Port
+from asip_asm.model.mpc_cone import TINY
 from asip_asm.model.mpc_problem import Problem, half_width, riccati
 from asip_asm.model.plan import Plan
 from asip_asm.model.plan_items import Words
 from asip_asm.model.read import ModelError
 
-STEP, BACK, ITERATION = "step", "back", "iteration"
+STEP, BACK, ITERATION, CONE = "step", "back", "iteration", "cone"
 RESIDUALS = ("primal", "dual")
+STEPS = 5
+"""Steps of a round of projections onto the cone."""
 SPLIT = 2
 """Sums of which that of an input is made: its limit waits for it."""
 
@@ -35,7 +42,7 @@ SPLIT = 2
 @dataclass(frozen=True)
 class Slot:
     """Places of a step's words in the data memory, by coordinate; size: words of a step. d_ref: the
-    part of d that the reference makes.
+    part of d that the reference makes. t_u: of inputs in the cone.
     """
 
     w_x: dict[int, int]
@@ -46,23 +53,31 @@ class Slot:
     d_ref: list[int]
     z: list[int]
     pull: list[int]
+    t_u: dict[int, int]
     size: int
 
 
 def slot_of(problem: Problem, pulls: bool = True) -> Slot:
-    """Places of a step's words. pulls: whether h is one of them, and d all of it."""
+    """Places of a step's words. pulls: whether h is one of them also outside the cone, and d all
+    of it.
+    """
     n, m, _ = problem.sizes
     states, inputs = problem.boxed()
-    h = (len(states), len(inputs)) if pulls else (0, 0)
+    cone = [j for j in inputs if problem.cone and j in problem.cone.inputs]
     apart = m if not pulls and problem.reference != "none" else 0
-    counts = [len(states), h[0], len(inputs), h[1], m, apart, m]
-    counts += [n if problem.reference == "trajectory" else 0]
+    held = (states, inputs) if pulls else ([], cone)
+    counts = [len(states), len(held[0]), len(inputs), len(held[1]), m, apart, m]
+    counts += [n if problem.reference == "trajectory" else 0, len(cone)]
     ends = np.cumsum([0, *counts])
     fields = [list(range(a, b)) for a, b in zip(ends, ends[1:], strict=False)]
-    w_x, h_x = (dict(zip(states, one, strict=False)) for one in fields[:2])
-    w_u, h_u = (dict(zip(inputs, one, strict=False)) for one in fields[2:4])
-    d, d_ref, z, pull = fields[4:]
-    return Slot(w_x, h_x, w_u, h_u, d, d_ref, z, pull, int(ends[-1]))
+    names = (states, held[0], inputs, held[1])
+    w_x, h_x, w_u, h_u = (
+        dict(zip(some, one, strict=True)) for some, one in zip(names, fields, strict=False)
+    )
+    d, d_ref, z, pull, t_u = fields[4:]
+    return Slot(
+        w_x, h_x, w_u, h_u, d, d_ref, z, pull, dict(zip(cone, t_u, strict=True)), int(ends[-1])
+    )
 
 
 def signals(problem: Problem) -> list[Port]:
@@ -148,13 +163,16 @@ class Maker:
             self.backward()
             self.forward(residuals=False)
             self.index(problem.horizon - 1)
-            self.gradients(self.limit_states(0, False), self.end, 0, self.p, self.r)
+            h_x = self.limit_states(0, False)
+            self.limit_cone(residuals=False)
+            self.gradients(h_x, self.end, 0, self.p, self.r)
         plan.rewind()
         self.clear()
         self.backward()
         self.forward(residuals=True)
         self.index(problem.horizon - 1)
         self.limit_states(0, True)
+        self.limit_cone(residuals=True)
         for name, offset in zip(problem.inputs, self.slot.z, strict=True):
             plan.op("mov", plan.load("slot", self.slot.size + offset), to=name)
         self.finish_residuals()
@@ -277,7 +295,10 @@ class Maker:
             plan.settle()
             for j, value in enumerate(u):
                 z = value
-                if j in w_u:
+                if j in self.slot.t_u:
+                    t = plan.op("fmadd", self.alpha, value, w_u[j])
+                    plan.store(t, "slot", self.address(self.slot.t_u[j]), "i")
+                elif j in w_u:
                     box = self.problem.input_box[:, j]
                     z, w, h = self.limit(value, w_u[j], box)
                     plan.store(w, "slot", self.address(self.slot.w_u[j]), "i")
@@ -308,17 +329,83 @@ class Maker:
 
     def limit(self, value: str, w: str, box: np.ndarray) -> tuple[str, str, str]:
         """Limited value, and what the slot holds of it for the next iteration."""
-        plan, (low, high) = self.plan, (float(each) for each in box)
-        t = plan.op("fmadd", self.alpha, value, w)
-        if np.isinf(low):
-            v = plan.op("fmin", t, high)
-        elif np.isinf(high):
-            v = plan.op("fmax", t, low)
-        else:
-            v = plan.op("fsat", t, low, high)
-        return v, plan.op("fnmsub", self.alpha, v, t), plan.op("fnmsub", 2.0, v, t)
+        t = self.plan.op("fmadd", self.alpha, value, w)
+        v = self.limited(t, box)
+        return v, *self.held(t, v)
 
-    def residual(self, value: str, v: str, w: str, h: str, share: Words) -> None:
+    def held(self, t: str, v: str) -> tuple[str, str]:
+        """w and h of the next iteration."""
+        return self.plan.op("fnmsub", self.alpha, v, t), self.plan.op("fnmsub", 2.0, v, t)
+
+    def limited(self, t: str, box: np.ndarray) -> str:
+        low, high = (float(each) for each in box)
+        if np.isinf(low):
+            return self.plan.op("fmin", t, high)
+        if np.isinf(high):
+            return self.plan.op("fmax", t, low)
+        return self.plan.op("fsat", t, low, high)
+
+    def limit_cone(self, residuals: bool) -> None:
+        """Limit the inputs in the cone of all steps; the index is that of the last step before and
+        afterwards.
+        """
+        if not self.slot.t_u:
+            return
+        steps = self.problem.horizon
+        rounds = -(-steps // STEPS)
+        size = steps // rounds
+        self.index(0)
+        with self.plan.loop(CONE, rounds) if rounds > 1 else nullcontext():
+            self.limit_some(size, residuals)
+            self.step(size)
+        self.limit_some(steps - rounds * size, residuals)
+        self.index(steps - 1)
+
+    def limit_some(self, count: int, residuals: bool) -> None:
+        """Limit those of some steps from that of the index on."""
+        plan, slot, box = self.plan, self.slot, self.problem.input_box
+        steps = range(count)
+        known = [self.loaded(slot.t_u, -k) for k in steps]
+        old_w = [self.loaded(slot.w_u, -k) if residuals else {} for k in steps]
+        old_h = [self.loaded(slot.h_u, -k) if residuals else {} for k in steps]
+        value = [self.loaded(dict(enumerate(slot.z)), -k) if residuals else {} for k in steps]
+        for k, t in enumerate(known):
+            for j, v in self.projected(t).items():
+                w, h = self.held(t[j], v)
+                found = [(w, slot.w_u[j]), (h, slot.h_u[j])]
+                if residuals:
+                    share = 1 / float(half_width(box[:, j : j + 1])[0])
+                    self.residual(value[k][j], v, old_w[k][j], old_h[k][j], share)
+                    found.append((v, slot.z[j]))
+                for word, offset in found:
+                    plan.store(word, "slot", self.address(offset, -k), "i")
+
+    def projected(self, t: dict[int, str]) -> dict[int, str]:
+        """Inputs of a step projected onto the cone, as `Cone.limited` computes them."""
+        plan, cone = self.plan, self.problem.cone
+        assert cone is not None
+        found: dict[int, str] = {}
+        first, *others = cone.norm
+        square = plan.op("fmul", t[first], t[first])
+        for j in others:
+            square = plan.op("fmadd", t[j], t[j], square)
+        size, limit = plan.op("fsqrt", square), cone.limit
+        radius: str | float = limit
+        least: str | float = max(limit, TINY)
+        if cone.axis is not None:
+            axis = t[cone.axis]
+            excess = plan.op("fsub", size, plan.op("fmadd", cone.slope, axis, limit))
+            share = cone.share(self.problem.penalty[1])
+            moved = plan.op("fmadd", share, plan.op("fmax", excess, 0.0), axis)
+            found[cone.axis] = plan.op("fsat", moved, cone.low, cone.high)
+            radius = plan.op("fmadd", cone.slope, found[cone.axis], limit)
+            least = plan.op("fmax", radius, TINY)
+        scale = plan.op("fdiv", radius, plan.op("fmax", size, least))
+        for j in cone.norm:
+            found[j] = plan.op("fmul", scale, t[j])
+        return found
+
+    def residual(self, value: str, v: str, w: str, h: str, share: Words | float) -> None:
         """Squares of the distance from the limited value, and of the limited value's move."""
         plan = self.plan
         before = plan.op("fsub", w, h)  # (2 - alpha) times the last limited value

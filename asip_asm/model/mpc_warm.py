@@ -24,8 +24,8 @@ def warm_words(
 
     states (steps, n): those after each step of the plan; inputs (steps, m). window (steps, n), with
     a trajectory: references of these states, of which the last comes with the tick. multipliers:
-    those of the states' and of the inputs' boxes, of the same shapes, by the penalty; zero without.
-    A multiplier counts where a value is at its limit, and moves it elsewhere.
+    those of the states' and of the inputs' limits, of the same shapes, by the penalty; zero
+    without. A multiplier counts where a value is at its limit, and moves it elsewhere.
     Raises ModelError for arrays of other shapes or with entries that are not finite.
     """
     n, m, steps = problem.sizes
@@ -38,13 +38,14 @@ def warm_words(
     lanes = default_isa().configurations[configuration].lanes
     slot = slot_of(problem, pulls=not lanes)
     memory = np.zeros((steps + (2 if lanes else 1), slot.size))
-    boxes = (problem.state_box, problem.input_box)
+    limits = (lambda t: np.clip(t, *problem.state_box), problem.limited_inputs)
     fields = ((slot.w_x, slot.h_x), (slot.w_u, slot.h_u))
-    for (first, second), value, part, box in zip(fields, plan, parts, boxes, strict=True):
-        t = np.clip(value, *box) + part
-        v = np.clip(t, *box)
+    for (first, second), value, part, limited in zip(fields, plan, parts, limits, strict=True):
+        t = limited(value) + part
+        v = limited(t)
         for i, offset in first.items():
-            w = t[:, i] if lanes else t[:, i] - problem.relaxation * v[:, i]
+            held = i in second or not lanes
+            w = t[:, i] - problem.relaxation * v[:, i] if held else t[:, i]
             memory[1 : steps + 1, offset] = w  # a slot is before the first one
         for i, offset in second.items():
             memory[1 : steps + 1, offset] = t[:, i] - 2 * v[:, i]

@@ -20,6 +20,7 @@ from asip_asm.model.bound import bounds
 from asip_asm.model.compiler import Options, compile_law
 from asip_asm.model.exact import evaluate
 from asip_asm.model.law import Law, Port
+from asip_asm.model.mpc_problem import Problem
 from asip_asm.model.onnx_file import OnnxPolicy, load_onnx
 from asip_asm.model.onnx_layers import Network, dense_layers
 from asip_asm.model.plan_items import PIPES
@@ -30,12 +31,17 @@ from sim.laws.mpc_flight import fly_core, fly_reference, quadrotor_problem
 from sim.laws.mpc_proof import prove_mpc
 from sim.laws.mpc_reference import distance
 from sim.laws.prove_program import rounded_sine
+from sim.laws.rocket_landing import land_core, land_reference, rocket_problem
 from sim.report.goals import Goal, at_least, at_most, depth, exactly
 
 SEED = 38
 COUNT, QUICK = 10_000, {"ticks": 40, "inputs": 40}
 MOST = {"stream": 27_500, "wide": 12_500}
 """Cycles of a solve: 220 us and 100 us at 125 MHz."""
+LANDING = {"stream": 12_500, "wide": 13_500}
+"""Cycles of a solve of the landing: its loops wait for roots and quotients in turn, which lanes do
+not shorten.
+"""
 SHARE = 80.0  # per cent of the multiply-add slots
 BATCH = 500
 SECONDS = 60.0  # of one processor
@@ -54,35 +60,9 @@ CURE = "make goals T=matrix RUN=full"
 def predictive_control(full: bool) -> Iterator[Goal]:
     """Quadrotor: 12 states, 4 inputs, 10 steps, boxes on all, 10 iterations."""
     name, problem = "quadrotor MPC 12/4/10", quadrotor_problem()
-    images = {}
-    for configuration, most in MOST.items():
-        where = f"{name} on {configuration}"
-        begin = time.process_time()
-        with tempfile.TemporaryDirectory() as folder:
-            built, plan = build_mpc(problem, Path(folder) / "quadrotor.s", configuration)
-        seconds = time.process_time() - begin
-        images[configuration] = built.image
-        words = [len(words) // plan.step_words for words in plan.streams.values()]
-        memories = (
-            f"{len(built.image.bundles)} bundles, {len(built.image.data)} data words, "
-            f"{words[0]} and {words[1]} words of the streams"
-        )
-        yield at_most(f"{where}, tick", built.cycles, most, "cycles", memories)
-        yield at_most(f"{where}, compiling", seconds, SECONDS, "s of a processor")
-        proof = prove_mpc(problem, built.compiled, built.image, COUNT if full else QUICK["ticks"])
-        other = "runs whose cycles are not those announced"
-        yield exactly(f"{where}, {other}", proof.other_cycles, 0, "")
-        unequal = bool(proof.difference)
-        yield exactly(f"{where}, bits differ from the interpreter", unequal, 0, "1")
-        yield at_most(f"{where}, error by its bound", proof.share, 1, "1", f"{proof.error:.2g} N")
-        yield depth(f"{where}, ticks tried", proof.ticks, COUNT, "1", CURE)
-    far = distance(problem, COUNT)
-    note = f"{COUNT} initial states, 99 %: {100 * np.quantile(far.excess, 0.99):.2g} %"
-    yield exactly(f"{name}, initial states without a plan", far.infeasible, 0, "1")
-    median = 100 * float(np.median(far.excess))
-    yield at_most(f"{name}, cost above the optimum, median", median, 1, "%", note)
-    worst = 100 * float(far.violation.max())
-    yield at_most(f"{name}, state beyond its box, largest", worst, 1, "% of the box")
+    images: dict[str, Image] = {}
+    yield from _programs(name, problem, MOST, full, images, "N")
+    yield from _distance(name, problem)
     flight, cycles = fly_core(problem, images["stream"])
     double = fly_reference(problem)
     ratio = flight.error / double.error
@@ -90,6 +70,67 @@ def predictive_control(full: bool) -> Iterator[Goal]:
                   f"{1000 * double.error:.1f} mm, figure eight with a gust")  # fmt: skip
     yield at_most(f"{name}, flight: beyond the box of y", 1000 * flight.beyond, 16, "mm")
     yield exactly(f"{name}, flight: numbers of cycles of a tick", len(cycles), 1, "1")
+
+
+def landing(full: bool) -> Iterator[Goal]:
+    """Rocket: 6 states, 3 inputs in a thrust cone, 10 steps, 12 iterations."""
+    name, problem = "rocket MPC 6/3/10", rocket_problem()
+    images: dict[str, Image] = {}
+    yield from _programs(name, problem, LANDING, full, images, "m/s^2")
+    yield from _distance(name, problem)
+    double = land_reference(problem)
+    for configuration, image in images.items():
+        where = f"{name} on {configuration}, landing"
+        found, cycles = land_core(problem, image)
+        note = f"after {found.time:.1f} s, in wind; {100 * found.held:.0f} % of ticks at the cone"
+        yield at_most(f"{where}: distance from the pad's middle", found.miss, 0.25, "m", note)
+        yield at_most(f"{where}: sink", found.sink, 0.6, "m/s")
+        yield at_most(f"{where}: horizontal speed", found.drift, 0.15, "m/s")
+        yield at_most(f"{where}: thrust beyond its cone", found.cone, 1e-6, "of its radius")
+        apart = float(np.abs(found.states - double.states).max())
+        yield at_most(f"{where}: from the landing in doubles", 1e6 * apart, 100, "um, um/s")
+        yield exactly(f"{where}: numbers of cycles of a tick", len(cycles), 1, "1")
+
+
+def _programs(
+    name: str, problem: Problem, most: dict[str, int], full: bool, images: dict[str, Image],
+    unit: str,
+) -> Iterator[Goal]:  # fmt: skip
+    """Cycles and proof of the programs of a problem, whose images go to `images`."""
+    for configuration, cycles in most.items():
+        where = f"{name} on {configuration}"
+        begin = time.process_time()
+        with tempfile.TemporaryDirectory() as folder:
+            built, plan = build_mpc(problem, Path(folder) / "law.s", configuration)
+        seconds = time.process_time() - begin
+        images[configuration] = built.image
+        words = [len(words) // plan.step_words for words in plan.streams.values()]
+        memories = (
+            f"{len(built.image.bundles)} bundles, {len(built.image.data)} data words, "
+            f"{words[0]} and {words[1]} words of the streams"
+        )
+        yield at_most(f"{where}, tick", built.cycles, cycles, "cycles", memories)
+        yield at_most(f"{where}, compiling", seconds, SECONDS, "s of a processor")
+        proof = prove_mpc(problem, built.compiled, built.image, COUNT if full else QUICK["ticks"])
+        other = "runs whose cycles are not those announced"
+        yield exactly(f"{where}, {other}", proof.other_cycles, 0, "")
+        unequal = bool(proof.difference)
+        yield exactly(f"{where}, bits differ from the interpreter", unequal, 0, "1")
+        note = f"{proof.error:.2g} {unit}"
+        yield at_most(f"{where}, error by its bound", proof.share, 1, "1", note)
+        yield depth(f"{where}, ticks tried", proof.ticks, COUNT, "1", CURE)
+
+
+def _distance(name: str, problem: Problem) -> Iterator[Goal]:
+    """Distance of the plans from the optimum of a solver that others wrote."""
+    far = distance(problem, COUNT)
+    high = 100 * np.quantile(far.excess, 0.99)
+    note = f"{far.solver}, {COUNT} initial states, 99 %: {high:.2g} %"
+    yield exactly(f"{name}, initial states without a plan", far.infeasible, 0, "1")
+    median = 100 * float(np.median(far.excess))
+    yield at_most(f"{name}, cost above the optimum, median", median, 1, "%", note)
+    worst = 100 * float(far.violation.max())
+    yield at_most(f"{name}, state beyond its box, largest", worst, 1, "% of the box")
 
 
 def policies(full: bool) -> Iterator[Goal]:

@@ -4,17 +4,21 @@
 The reference has one unknown for each input and state of the horizon, takes its primal step by
 inverting the optimality system of all of them, and keeps v and lambda as Boyd and others (2011)
 write ADMM. The program has Riccati gains and other variables. The optimum is that of DAQP (Arnstrom
-and others, IEEE TAC 2022), an active-set solver, on the problem in the inputs alone.
+and others, IEEE TAC 2022), an active-set solver, on the problem in the inputs alone. With a cone it
+is that of Clarabel (Goulart and Chen, arXiv 2405.12762), an interior-point solver.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
+from scipy.sparse import csc_matrix
 
+from asip_asm.model.mpc_cone import Cone
 from asip_asm.model.mpc_problem import Problem, drawn, half_width
 
 Matrix = NDArray[np.float64]
@@ -77,7 +81,7 @@ class Reference:
             before = self.v
             relaxed = alpha * y + (1 - alpha) * self.v
             total = relaxed + self.multiplier
-            self.v = np.where(self.boxed, np.clip(total, self.low, self.high), y)
+            self.v = np.where(self.boxed, self._limited(total), y)
             self.multiplier = np.where(self.boxed, total - self.v, 0.0)
         plan = self.v[:, : self.inputs]
 
@@ -88,6 +92,47 @@ class Reference:
             "u": plan[:, :m], "plan": plan, "primal": largest(y - self.v),
             "dual": largest(self.v - before),
         }  # fmt: skip
+
+    def _limited(self, total: Matrix) -> Matrix:
+        """Nearest values within all limits."""
+        found = np.clip(total, self.low, self.high)
+        cone, (_, m, steps) = self.problem.cone, self.problem.sizes
+        if cone:
+            inputs = total[:, : self.inputs].reshape(-1, steps, m)
+            held = found[:, : self.inputs].reshape(-1, steps, m).copy()
+            held[..., list(cone.inputs)] = project(inputs, cone, self.problem.penalty[1])
+            found[:, : self.inputs] = held.reshape(len(total), -1)
+        return found
+
+
+def project(u: Matrix, cone: Cone, rho: Matrix) -> Matrix:
+    """Nearest inputs (..., cone's) within the cone and the box of its axis, of inputs (..., m).
+
+    Norm and axis are found in their plane, scaled to equal penalties. An inner point stays. Others
+    go to the nearest point of the cone's edge, or of the faces at the two ends of the axis.
+    """
+    norm = u[..., list(cone.norm)]
+    size = np.linalg.norm(norm, axis=-1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        away = np.where(size[..., None] > 0, norm / size[..., None], 0.0)
+    if cone.axis is None:
+        return away * np.minimum(size, cone.limit)[..., None]
+    axis = u[..., cone.axis]
+    heavy = np.sqrt(rho[[cone.norm[0], cone.axis]])
+    point = np.stack((size, axis), axis=-1)
+    corners = np.array([[cone.limit + cone.slope * z, z] for z in (cone.low, cone.high)])
+    edge = (corners[1] - corners[0]) * heavy
+    along = ((point - corners[0]) * heavy @ edge / (edge @ edge)).clip(0, 1)
+    places = [corners[0] + along[..., None] * (corners[1] - corners[0])]
+    places += [
+        np.stack((np.clip(size, 0, corner[0]), np.full_like(size, corner[1])), axis=-1)
+        for corner in corners
+    ]
+    inside = (axis >= cone.low) & (axis <= cone.high) & (size <= cone.limit + cone.slope * axis)
+    far = np.stack([(((place - point) * heavy) ** 2).sum(axis=-1) for place in places])
+    best = np.take_along_axis(np.stack(places), far.argmin(axis=0)[None, ..., None], axis=0)[0]
+    best = np.where(inside[..., None], point, best)
+    return np.concatenate((away * best[..., :1], best[..., 1:]), axis=-1)
 
 
 @dataclass(frozen=True)
@@ -101,12 +146,13 @@ class Distance:
     violation: Matrix
     infeasible: int
     first: Matrix = field(repr=False)
+    solver: str = "DAQP"
 
     def lines(self) -> list[str]:
         """Text for people."""
         count = len(self.excess)
-        none = f"; {self.infeasible} more have no plan within the boxes" if self.infeasible else ""
-        rows = [f"distance from the optimum (DAQP), {count} initial states{none}:"]
+        none = f"; {self.infeasible} more have no plan within the limits" if self.infeasible else ""
+        rows = [f"distance from the optimum ({self.solver}), {count} initial states{none}:"]
         for name, values in (
             ("cost above it", self.excess),
             ("state beyond its box, by the width", self.violation),
@@ -118,10 +164,8 @@ class Distance:
 
 def distance(problem: Problem, count: int = STATES, seed: int = SEED) -> Distance:
     """Distance from the optimum over drawn initial states, reference zero. Raises ImportError
-    without daqp.
+    without daqp, or with a cone without clarabel.
     """
-    import daqp
-
     n, m, steps = problem.sizes
     x0 = drawn(problem, count, seed)
     plans = Reference(problem, count).tick(x0)["plan"]
@@ -138,14 +182,10 @@ def distance(problem: Problem, count: int = STATES, seed: int = SEED) -> Distanc
     effort = block_diag(*[problem.r] * steps)
     hessian = response.T @ weight @ response + effort
     hessian = (hessian + hessian.T) / 2
-    large = 1e30
-    low, high = (np.nan_to_num(np.tile(end, steps), posinf=large, neginf=-large)
-                 for end in problem.state_box)  # fmt: skip
-    ends = [np.nan_to_num(np.tile(end, steps), posinf=large, neginf=-large)
-            for end in problem.input_box]  # fmt: skip
+    low, high = (np.tile(end, steps) for end in problem.state_box)
     boxed = np.tile(np.isfinite(problem.state_box).any(axis=0), steps)
     rows = np.ascontiguousarray(response[boxed])
-    sense = np.zeros(steps * m + len(rows), dtype=np.int32)
+    solver = _with_cone(problem, hessian, rows) if problem.cone else _boxes(problem, hessian, rows)
     width = np.tile(2 * half_width(problem.state_box), steps)
 
     def cost(x: Matrix, u: Matrix) -> float:
@@ -155,17 +195,77 @@ def distance(problem: Problem, count: int = STATES, seed: int = SEED) -> Distanc
     excess, violation, first, infeasible = [], [], [], 0
     for x, plan in zip(x0, plans, strict=True):
         base = held @ x
-        upper = np.hstack((ends[1], (high - base)[boxed]))
-        lower = np.hstack((ends[0], (low - base)[boxed]))
         linear = response.T @ weight @ base
-        best, _, flag, _ = daqp.solve(hessian, linear, rows, upper, lower, sense)
-        if flag < 1:
+        best = solver(linear, (low - base)[boxed], (high - base)[boxed])
+        if best is None:
             infeasible += 1
             continue
         least = cost(x, best)
         excess.append((cost(x, plan) - least) / max(least, 1e-12))
         states = base + response @ plan
-        beyond = np.maximum(low - states, states - high) / width
-        violation.append(max(0.0, float(beyond[boxed].max(initial=0.0))))
+        beyond = np.maximum(low - states, states - high)[boxed] / width[boxed]
+        violation.append(max(0.0, float(beyond.max(initial=0.0))))
         first.append(plan[:m] - best[:m])
-    return Distance(np.array(excess), np.array(violation), infeasible, np.array(first))
+    name = "Clarabel" if problem.cone else "DAQP"
+    return Distance(np.array(excess), np.array(violation), infeasible, np.array(first), name)
+
+
+Solver = Callable[[Matrix, Matrix, Matrix], Matrix | None]
+"""Best inputs (steps * m,) of a linear cost and limits of the boxed states; None without any."""
+
+
+def _boxes(problem: Problem, hessian: Matrix, rows: Matrix) -> Solver:
+    import daqp
+
+    steps, large = problem.horizon, 1e30
+    low, high = (np.tile(end, steps) for end in problem.input_box)
+    sense = np.zeros(len(low) + len(rows), dtype=np.int32)
+
+    def finite(*ends: Matrix) -> Matrix:
+        return np.nan_to_num(np.hstack(ends), posinf=large, neginf=-large)
+
+    def solve(linear: Matrix, least: Matrix, most: Matrix) -> Matrix | None:
+        upper, lower = finite(high, most), finite(low, least)
+        best, _, flag, _ = daqp.solve(hessian, linear, rows, upper, lower, sense)
+        return best if flag >= 1 else None
+
+    return solve
+
+
+def _with_cone(problem: Problem, hessian: Matrix, rows: Matrix) -> Solver:
+    """Clarabel states A x + s = b, s in nonnegative numbers and cones (t, v), |v| <= t."""
+    import clarabel
+
+    cone, (_, m, steps) = problem.cone, problem.sizes
+    assert cone is not None
+    size = steps * m
+    low, high = (np.tile(end, steps) for end in problem.input_box)
+    norm = np.tile([j in cone.norm for j in range(m)], steps)
+    has_high, has_low = np.isfinite(high) & ~norm, np.isfinite(low) & ~norm
+    one = np.eye(size)
+    parts = []
+    for k in range(steps):
+        part = np.zeros((1 + len(cone.norm), size))
+        if cone.axis is not None:
+            part[0, k * m + cone.axis] = -cone.slope
+        for row, j in enumerate(cone.norm, 1):
+            part[row, k * m + j] = -1.0
+        parts.append(part)
+    linear_rows = np.vstack((one[has_high], -one[has_low], rows, -rows))
+    known = np.hstack((high[has_high], -low[has_low]))
+    radius = np.tile([cone.limit, *[0.0] * len(cone.norm)], steps)
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    upper = csc_matrix(np.triu(hessian))
+
+    def solve(linear: Matrix, least: Matrix, most: Matrix) -> Matrix | None:
+        limits = np.hstack((known, most, -least))
+        kept = np.isfinite(limits)
+        left = csc_matrix(np.vstack((linear_rows[kept], *parts)))
+        cones = [clarabel.NonnegativeConeT(int(kept.sum()))]
+        cones += [clarabel.SecondOrderConeT(1 + len(cone.norm)) for _ in range(steps)]
+        right = np.hstack((limits[kept], radius))
+        made = clarabel.DefaultSolver(upper, linear, left, right, cones, settings).solve()
+        return np.array(made.x) if str(made.status) == "Solved" else None
+
+    return solve

@@ -168,7 +168,7 @@ def test_states_without_a_plan_are_counted(cart_problem):
     weak = np.array([[-2.0, -2.0], [2.0, 0.5]])
     found = distance(replace(cart_problem, start=start, input_box=weak), 20)
     assert 0 < found.infeasible < 20
-    assert f"{found.infeasible} more have no plan within the boxes" in found.lines()[0]
+    assert f"{found.infeasible} more have no plan within the limits" in found.lines()[0]
 
 
 def test_penalties_that_are_found_beat_those_at_hand(tmp_path):

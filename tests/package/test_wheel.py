@@ -314,7 +314,9 @@ def test_your_robot__word_for_word_with_the_wheel(
     said = output("sh", "-e", "page.sh", cwd=work, env=environment, timeout=900)
     assert said.count("bits equal the interpreter's") == 10
     assert "200 ticks: bits equal the exact interpreter's" in said  # microtick mpc
-    assert len(re.findall("^proved$", said, re.M)) == 8
+    assert "40 ticks: bits equal the exact interpreter's" in said  # with a cone
+    assert "distance from the optimum (Clarabel), 100 initial states" in said
+    assert len(re.findall("^proved$", said, re.M)) == 9
     assert "200 ticks of 2 functions in turn" in said
     assert "closed loop: 1000 ticks" in said
     on_core, in_c, _ = re.findall(r"^(?!.* N m ) *torque +=? *([-+0-9.e]+)", said, re.M)
