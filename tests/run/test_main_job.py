@@ -166,8 +166,11 @@ def test_speed_of_a_program_of_the_asip__without_the_asip__is_refused(tmp_path, 
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize(("speed", "cycles"), [("observer", 125), ("stamps", 166)])
-def test_speed__runs_and_compares_a_third_program(tmp_path, speed, cycles):
+@pytest.mark.parametrize(
+    ("speed", "cycles", "most"), [("observer", 125, 0.1), ("stamps", 166, 0.15)]
+)
+def test_speed__runs_and_compares_a_third_program(tmp_path, speed, cycles, most):
+    """0.2 s that begin, turn and end: counts are rarer than on a path of some length."""
     part = tmp_path / "part.ngc"
     part.write_text(LINE)
     order = Order(
@@ -180,7 +183,7 @@ def test_speed__runs_and_compares_a_third_program(tmp_path, speed, cycles):
     assert list(data["platforms"]["fpga3"]) == ["as_printed", "optimised", speed]
     assert data["platforms"]["fpga3"][speed]["cycles_max"] == cycles
     for name, with_differences in data["ripple"]["optimised"].items():
-        assert data["ripple"][speed][name] <= 0.1 * with_differences, name
+        assert data["ripple"][speed][name] <= most * with_differences, name
     assert data["tracking"][speed]["tool"] <= data["tracking"]["optimised"]["tool"]
 
 
