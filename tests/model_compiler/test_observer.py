@@ -33,9 +33,9 @@ def small(size: int = 5, inputs: int = 2, spread: float = 0.9) -> LinearSystem:
     """A drawn system with a row and a column of zeros."""
     rng = np.random.default_rng(SEED)
     a = rng.normal(size=(size, size))
-    a *= spread / np.abs(np.linalg.eigvals(a)).max()
     b = rng.normal(size=(size, inputs))
     a[2], b[2], a[:, 1] = 0.0, 0.0, 0.0
+    a *= spread / np.abs(np.linalg.eigvals(a)).max()
     names = tuple(f"s{i}" for i in range(size)), tuple(f"w{i}" for i in range(inputs))
     limits = np.linspace(0.5, 2.0, inputs)
     return LinearSystem("small", a, b, *names, limits, 1e3, ("1",) * size, ("1",) * inputs)
