@@ -60,7 +60,7 @@ def allocate_registers(program: Program, machine: Machine) -> None:
     exports.
 
     States keep one register from start to end, exports keep theirs to the end. If a bank overflows,
-    the value with the longest time to its next use is stored in a data word behind the program's
+    the value with the longest time to its next use is stored in a data word after the program's
     own and loaded again; this adds data words, operations and, where no auxiliary slot is free,
     bundles. Raises AllocationError.
     """
@@ -313,7 +313,7 @@ class _Spiller:
         return index + 1
 
     def _reload(self, region: Region, symbol: Virtual, index: int) -> None:
-        """Load the value again behind bundle `index`, for all later readers.
+        """Load the value again after bundle `index`, for all later readers.
 
         The first time it is loaded early enough for its reader not to wait. A value that has to
         give way once more is loaded right before its reader.

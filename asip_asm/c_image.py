@@ -26,8 +26,8 @@ def to_c(image: Image, prefix: str = "") -> str:
     or without it with the program's title.
 
     Title "leg length", input x: `leg_length_image` and LEG_LENGTH_INPUT_X. Characters that C does
-    not know become '_'; a name taken already gets a number behind it. Exported inputs are left out:
-    the host wrote them itself.
+    not know become '_'; a name that is already used gets a number at its end. Exported
+    inputs are left out: the host wrote them itself.
     """
     if any(block.lanes for block in image.streams):
         raise AssemblyError(

@@ -47,7 +47,7 @@ def _renamed(text: str, own: str) -> str:
 def command_parser(
     prog: str, description: str, epilog: str | None = None, add_help: bool = True
 ) -> argparse.ArgumentParser:
-    """Parser of a command whose help keeps the lines of description and epilog as they are."""
+    """Parser of a command whose help prints description and epilog with their own line breaks."""
     return argparse.ArgumentParser(
         prog=_CALLED.get() or prog,
         description=_renamed(description, prog),

@@ -3,7 +3,7 @@
 
 A *position* is the bundle that issues next: at position p all bundles before p on the way there are
 done and p is not. The position after the last bundle is the end of the run. `asip-as` writes the
-map beside the image; both hold the image's checksum, so that a map is never used for another
+map next to the image; both hold the image's checksum, so that a map is never used for another
 program.
 """
 
@@ -26,7 +26,7 @@ VERSION = 1
 FILE_BYTES = 8 << 20
 """Largest map; a full program of 3072 operations takes about 1 MiB."""
 SPANS = 64
-"""Spans that a value keeps; only a program of many branches has more, then the last are lost."""
+"""Most spans of a value. Only a program of many branches has more; the last are then dropped."""
 
 Position = Annotated[int, Meta(ge=0, le=1 << 16)]
 Span = tuple[Position, Position]
@@ -52,7 +52,7 @@ class Value(msgspec.Struct, forbid_unknown_fields=True):
 
     version: 0 for what a state holds at the start of a run, -1 for a name that passes its value
     from part to part of a program. place: register ('a3') or output ('o0'). held: positions, first
-    and last, at which the place has this value whatever the way there; perhaps: on some ways.
+    and last, at which the place has this value on every path there; perhaps: on some paths.
     spilled: bundle from which on data memory has a copy, and its address.
     """
 
@@ -78,7 +78,7 @@ class DebugMap(msgspec.Struct, forbid_unknown_fields=True):
     """Map of an image with checksum `image`.
 
     files: SHA-256 of every source by its path as the image names it, the program's own first.
-    cycles: issue cycle of each bundle when no branch is taken. follow: positions behind a bundle
+    cycles: issue cycle of each bundle when no branch is taken. follow: positions after a bundle
     where that is not the next bundle alone. calls: macro calls, innermost first, of the operation
     in 'bundle.slot'.
     """
@@ -156,7 +156,7 @@ def within(position: int, spans: Iterable[Span]) -> bool:
 
 
 class Finder:
-    """Answers where values are, with what was found before kept."""
+    """Finds where values are, and caches what it found."""
 
     def __init__(self, debug_map: DebugMap) -> None:
         self.map = debug_map
@@ -215,7 +215,7 @@ class Finder:
         return any(position in self._reach(write.bundle) for write in value.writes)
 
     def _reach(self, bundle: int) -> set[int]:
-        """Positions behind a bundle."""
+        """Positions after a bundle."""
         if bundle not in self._reached:
             follow, end = self.map.following, self.map.bundles
             self._reached[bundle] = reachable(
@@ -236,5 +236,5 @@ class Finder:
 
 
 def map_path(image: Path) -> Path:
-    """Where the map of an image file stands."""
+    """Path of the map of an image file."""
     return image.with_name(image.name.removesuffix(".json") + ".map.json")

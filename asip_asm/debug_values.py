@@ -3,7 +3,7 @@
 
 Reaching definitions (Aho, Lam, Sethi, Ullman: Compilers, 9.2.4) over the bundles, for every
 register and output by itself. All operations of a bundle read before any writes, so a value is in
-its register from the bundle behind its write up to the next bundle that writes the register.
+its register from the bundle after its write up to the next bundle that writes the register.
 """
 
 from __future__ import annotations

@@ -102,7 +102,7 @@ def report_text(diagnostics: Iterable[Diagnostic]) -> str:
 
 
 def _again(rest: list[Diagnostic]) -> str:
-    """Line that tells where the same cause stands again."""
+    """Line that names the further places with the same cause."""
     if not rest:
         return ""
     lines = [f"{d.place.line.file}:{d.place.line.number}" for d in rest if d.place]
@@ -167,7 +167,7 @@ class Reporter:
             self.warnings.append(Diagnostic(place, message, help, code))
 
     def fatal(self, place: Place | None, message: str, help: str) -> NoReturn:
-        """An error behind which it makes no sense to go on. Raises AssemblyError."""
+        """An error after which it makes no sense to continue. Raises AssemblyError."""
         raise AssemblyError([*self._taken, Diagnostic(place, message, help)])
 
     def stop(self) -> None:

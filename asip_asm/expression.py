@@ -132,7 +132,7 @@ class Evaluator:
         return sign * self._primary(cursor)
 
     def _inner(self, cursor: Cursor, opened: Token) -> float:
-        """Value of the expression behind an opened parenthesis."""
+        """Value of the expression after an opening parenthesis."""
         if self._depth >= NESTING:
             raise SourceError(
                 opened.place,

@@ -96,7 +96,7 @@ def replaced(path: Path) -> Iterator[Path]:
             raise OSError(error.errno, error.strerror or str(error), str(path)) from None
         raise
     finally:
-        with contextlib.suppress(OSError):  # of a file system that cannot be written
+        with contextlib.suppress(OSError):  # a file system may be read-only
             new.unlink(missing_ok=True)
 
 

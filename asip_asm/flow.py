@@ -69,7 +69,7 @@ def live_after(
     writes: Sequence[set[Item]],
     at_end: Sequence[set[Item]],
 ) -> list[set[Item]]:
-    """What is read behind each block before it is written again.
+    """What is read after each block before it is written again.
 
     `reads` are the reads of a block that no write of the same block precedes, `at_end` what is read
     when a run ends with the block.

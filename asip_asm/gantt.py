@@ -137,7 +137,7 @@ def _unit_row(unit: str, executions: Sequence[Execution], colour: str) -> str:
 
 
 def _row(name: str, levels: int, content: str) -> str:
-    height = LANE_HEIGHT * (levels + 1)  # the name stands above the bars
+    height = LANE_HEIGHT * (levels + 1)  # the name is above the bars
     return (
         f'<div class="row" style="height:{height}px"><span class="name">{escape(name)}</span>'
         f"{content}</div>"

@@ -211,7 +211,7 @@ class _Loader:
         return other
 
     def _signals(self, record: _Record, included: Sequence[Signal]) -> list[Signal]:
-        """All signals; those of the included file come behind this file's own."""
+        """All signals; those of the included file follow this file's own."""
         signals: list[Signal] = []
         for kind in KINDS:
             for i, entry in enumerate(getattr(record, kind)):

@@ -13,7 +13,7 @@ C_TYPES = {"float": "float", "int": "int32_t"}
 
 
 def assembly(interface: Interface) -> Iterator[tuple[Path, int, str]]:
-    """Declarations for the assembler but for the parameter file's, each with file and line."""
+    """Declarations for the assembler except the parameter file's, each with file and line."""
     for signal in interface.of_kind("parameter"):
         yield _at(signal, f".param {signal.name} = {_number(signal.initial)}")
     for name, (value, file, line) in interface.constants.items():

@@ -63,8 +63,8 @@ def register_name(register: Register) -> str:
 
 @dataclass(frozen=True)
 class SourceLine:
-    """Where an operation stands: file, 1-based line, text, the equation its comment names, and the
-    macro calls that it comes from, innermost first, as 'macro at file:line'.
+    """Place of an operation in the source: file, 1-based line, text, the equation that its comment
+    names, and the macro calls that it comes from, innermost first, as 'macro at file:line'.
     """
 
     file: str
@@ -78,7 +78,7 @@ class SourceLine:
 class Operation:
     """One operation. Unused sources are ZERO; `imm` is the data address of ld and st, the place of
     a seek, the level and rounds of a loop and the lane of vout, `target` the label of a branch.
-    `symbols`: the values that stood in dst, a, b and c before the allocator replaced them by
+    `symbols`: the values that were in dst, a, b and c before the allocator replaced them by
     registers. `lanes_of`: pipe of the vector that vout takes a lane of.
     """
 
@@ -123,7 +123,7 @@ class Bundle:
         return [op for op in self.slots if op is not None]
 
     def placed(self) -> Iterator[tuple[int, Operation]]:
-        """Those that are there, each behind its slot."""
+        """The operations that exist, each after its slot."""
         return ((slot, op) for slot, op in enumerate(self.slots) if op is not None)
 
 
@@ -156,8 +156,8 @@ class Word:
 
 @dataclass(eq=False)
 class State:
-    """Register kept between runs: `first` is its value at the start, `last` the one that it must
-    hold at the end (None: nothing writes it). `pin` is the bank it must live in.
+    """Register that holds its value between runs: `first` is its value at the start, `last` the one
+    that it must hold at the end (None: nothing writes it). `pin` is the bank it must live in.
     """
 
     name: str
@@ -203,7 +203,7 @@ class StreamBlock:
 
 @dataclass(eq=False)
 class Export:
-    """Register kept alive to the end of the run for the host to read."""
+    """Register that holds its value to the end of the run, for the host to read."""
 
     name: str
     value: Virtual | Register
@@ -240,7 +240,7 @@ class Program:
         return [bundle for region in self.regions for bundle in region.bundles or []]
 
     def placed(self) -> Iterator[tuple[int, int, Operation]]:
-        """The operations of its bundles, each behind the bundle's address and its slot."""
+        """The operations of its bundles, each after the bundle's address and its slot."""
         for address, bundle in enumerate(self.bundles):
             for slot, op in bundle.placed():
                 yield address, slot, op

@@ -61,7 +61,7 @@ class Configuration:
         return self.slots[slot] in (kind, "any")
 
     def result_bank(self, slot: int, unit: UnitRecord) -> str:
-        """Bank that a register result goes to when the operation stands in the slot."""
+        """Bank that a register result goes to when the operation is in the slot."""
         return "AB"[slot] if unit.bank == "pipe" else unit.bank
 
     def interval(self, unit: UnitRecord) -> int:
@@ -249,5 +249,5 @@ class Isa:
 
     @functools.cached_property
     def index_bits(self) -> int:
-        """Index bits of a source field beside its bank code."""
+        """Index bits of a source field next to its bank code."""
         return self.fields["dst"].width - 1

@@ -33,7 +33,7 @@ class Token:
 
     @property
     def end(self) -> int:
-        """Column behind the token."""
+        """Column after the token."""
         return self.place.column + self.place.length
 
 
@@ -104,7 +104,7 @@ class Cursor:
         return self.tokens[self.position]
 
     def peek(self) -> Token:
-        """Token behind the next one."""
+        """Token after the next one."""
         return self.tokens[min(self.position + 1, len(self.tokens) - 1)]
 
     def take(self) -> Token:

@@ -178,7 +178,7 @@ def _check(programs: Mapping[str, Image]) -> None:
 
 
 def _add_up(places: list[_Places], programs: Mapping[str, Image], isa: Isa) -> None:
-    """Outputs, data words and bundles, one program behind the other."""
+    """Outputs, data words and bundles, one program after the other."""
     sizes = {
         "outputs": ([len(i.outputs) for i in programs.values()], isa.outputs),
         "data words": ([len(i.data) for i in programs.values()], isa.data_words),

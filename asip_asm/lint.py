@@ -133,7 +133,7 @@ def _constant_operands(
 
 
 class _Types:
-    """Types of symbolic values, as far as the operations that write them tell."""
+    """Types of symbolic values, as far as the operations that write them determine them."""
 
     def __init__(self, source: Source, steps: Sequence[Step]) -> None:
         self.source = source
@@ -152,7 +152,7 @@ class _Types:
             self.writer.setdefault(dst, step.raw)
 
     def of(self, step: Step, kind: str) -> set[str]:
-        """Types that an operand may have; 'any' where nothing tells."""
+        """Types that an operand may have; 'any' where nothing determines it."""
         declaration = self._declaration(step, kind)
         if declaration is not None:
             return {declaration.type}

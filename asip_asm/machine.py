@@ -105,7 +105,7 @@ class Machine:
         return operation.dst is not None and self.unit(operation).bank == "C"
 
     def slots_of(self, operation: Operation) -> tuple[int, ...]:
-        """Slots that can execute the operation; stores and branches stand in an auxiliary slot."""
+        """Slots that can execute the operation; stores and branches use an auxiliary slot."""
         unit = self.unit(operation)
         return tuple(slot for slot in range(len(self.slots)) if self.build.allows(slot, unit))
 
@@ -115,7 +115,7 @@ class Machine:
         return slots if pipe is None else tuple(slot for slot in slots if slot == pipe)
 
     def bank(self, operation: Operation, slot: int) -> str | None:
-        """Bank that the operation's result goes to when it stands in `slot`; None without a
+        """Bank that the operation's result goes to when it is in `slot`; None without a
         register result.
         """
         if operation.dst is None or isinstance(operation.dst, Output):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Operands of operations: registers, words of bank K, types, and the declarations behind them."""
+"""Operands of operations: registers, words of bank K, types, and their declarations."""
 
 from __future__ import annotations
 

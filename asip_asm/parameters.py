@@ -23,7 +23,7 @@ class ParameterFileError(ValueError):
 
 
 def read_toml(path: Path) -> tuple[dict[str, Any], dict[str, int]]:
-    """Content of a TOML file, and the line where each name first stands at the start of one.
+    """Content of a TOML file, and the line that first begins with each name.
 
     Raises ParameterFileError, OSError.
     """

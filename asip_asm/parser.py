@@ -229,7 +229,7 @@ class Parser:
         return RawOperation(record, token.place, operands, source)
 
     def _meant(self, cursor: Cursor) -> str:
-        """What an unknown operation, behind which the cursor stands, may have been meant to be."""
+        """What the unknown operation before the cursor may have been meant to be."""
         name = cursor.tokens[cursor.position - 1].text
         known = [*self.isa.operations, *ALONE, *self.reader.macros]
         lower = name.lower()

@@ -34,7 +34,7 @@ CAUSE_COUNTERS = {
     "fetch": "STALL_FETCH",
     "drain": "DRAIN",
 }
-"""Counter of the register map behind each cause of a cycle without issue."""
+"""Counter of the register map for each cause of a cycle without issue."""
 
 LONGEST_WAITS = 10
 
@@ -267,7 +267,7 @@ class _Replay:
         return BRANCH_WAIT + (REFETCH if taken else 0)
 
     def _cause(self, bundle: Bundle, cycle: int) -> tuple[str, int | None]:
-        """What keeps the bundle in stage D, and the execution that it waits for longest."""
+        """What holds the bundle in stage D, and the execution that it waits for longest."""
         cause = self.interlocks.cause(bundle.operations, cycle)
         if cause in ("operand", "waw"):
             places = [place for op in bundle.operations for place in (*sources(op), op.dst)]

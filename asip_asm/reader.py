@@ -290,7 +290,7 @@ class Reader:
             raise SourceError(name.place, problem) from None
 
     def _parameters(self, cursor: Cursor, folder: Path) -> Iterator[list[Token]]:
-        """The lines `.param name = value` that a parameter file, or part of it, stands for."""
+        """The lines `.param name = value` that a parameter file, or part of it, means."""
         wanted: list[Token] = []
         name, path = self._file(cursor, folder, wanted)
         yield from self._parameter_lines(path, name, {t.text: t.place for t in wanted})
@@ -316,7 +316,7 @@ class Reader:
             yield self._made(display_path(path), line, f".param {parameter} = {value!r}")
 
     def _interface(self, cursor: Cursor, folder: Path) -> Iterator[list[Token]]:
-        """The declarations that an interface record stands for, its parameters first."""
+        """The declarations that an interface record makes, its parameters first."""
         name, path = self._file(cursor, folder)
         try:
             interface = load_interface(path)
@@ -330,7 +330,7 @@ class Reader:
             yield self._made(display_path(file), line, text)
 
     def _made(self, file: str, line: int, text: str) -> list[Token]:
-        """Tokens of a line that a directive stands for."""
+        """Tokens of a line that a directive expands to."""
         row = Line(file, line, text)
         self._check_size(row)
         return tokenize(row)
@@ -338,7 +338,7 @@ class Reader:
     def _file(
         self, cursor: Cursor, folder: Path, names: list[Token] | None = None
     ) -> tuple[Token, Path]:
-        """The file that a directive names: beside the source or in a folder of -I.
+        """The file that a directive names: next to the source or in a folder of -I.
 
         names: takes what may follow the file's name, `, name` any number of times.
         """

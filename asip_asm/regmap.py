@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a host register map says. Addresses are word addresses.
 
-The maps themselves are written in SystemRDL (`regmap.rdl` beside the hardware); `make gen` makes
+The maps themselves are written in SystemRDL (`regmap.rdl` next to the hardware); `make gen` makes
 Python of them, the ASIP's being `asip_asm.gen.asip_regmap.REGMAP`. The texts of maps, registers and
 fields stand on the page of the map, and here only while that page is made.
 """
@@ -40,7 +40,7 @@ class BitField:
 
     @property
     def mask(self) -> int:
-        """Ones where the field stands in its word."""
+        """Ones at the field's bits in its word."""
         return ((1 << self.width) - 1) << self.low
 
     def of(self, value: int) -> int:

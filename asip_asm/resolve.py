@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """From parsed statements to the IR: names, regions, data flow between regions, renaming.
 
-Errors that concern more than one statement are found on the way: registers read before they are
+Errors that concern more than one statement are found here too: registers read before they are
 written, outputs written twice or not at all, labels, code that is never reached.
 """
 

@@ -23,8 +23,8 @@ search takes seconds whatever the program.
 
 
 class ScheduleError(ValueError):
-    """An operation cannot stand where its destination requires; the message names the operation and
-    its line.
+    """An operation cannot be in the slot that its destination requires; the message names the
+    operation and its line.
     """
 
 
@@ -144,14 +144,14 @@ def decide_banks(program: Program, machine: Machine) -> dict[Virtual, str]:
 
 
 def describe(operation: Operation) -> str:
-    """Operation and where it stands, for messages."""
+    """Operation and its place in the source, for messages."""
     if operation.source is None:
         return operation.mnemonic
     return f"{operation.source.file}:{operation.source.line}: {operation.mnemonic}"
 
 
 class _Placement:
-    """Where the operations of a program may stand: slots, search problems and bundles of its
+    """Where the operations of a program may be placed: slots, search problems and bundles of its
     regions. `fixed` are the banks that `decide_banks` gives.
     """
 

@@ -171,7 +171,7 @@ def critical_path(problem: Problem) -> int:
 def occupancy_bounds(problem: Problem) -> dict[str, int]:
     """Lower bounds in cycles from every lane, from the write port and from units that block.
 
-    For the operations of one resource that have at least head h before and tail q behind them:
+    For the operations of one resource that have at least head h before and tail q after them:
     h + cycles of the resource + q, the largest over all h and q.
     """
     heads, tails = problem.graph.heads(), problem.graph.tails()
@@ -413,7 +413,7 @@ class _Search:
         return population[0][1]
 
     def _guess(self) -> list[float]:
-        """Keys by the longest path behind, with random waits."""
+        """Keys by the longest following path, with random waits."""
         fma, aux = self.rng.choice(FMA_WAITS), self.rng.choice(AUX_WAITS)
         wait = [self.rng.uniform(0.5, 1.5) * cycles for cycles in self._waits(fma, aux)]
         return [-cycles for cycles in self.problem.graph.tails(wait)]
@@ -439,7 +439,7 @@ class _Search:
         return [aux if port else fma for port in self.problem.port]
 
     def _start(self, wait: list[float], forward: bool) -> Found:
-        """Schedule by the longest path behind (forward) or before (backward), waits included."""
+        """Schedule by the longest path after (forward) or before (backward), waits included."""
         graph = self.problem.graph
         path = graph.tails(wait) if forward else graph.heads(wait)
         return self._improve(self._place([-cycles for cycles in path], forward))

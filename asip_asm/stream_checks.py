@@ -75,7 +75,7 @@ class _Checks:
         )
         if loop is None:
             return i, self.after(self.blocks[i], before, report)
-        # Words are taken from blocks, which have no gaps: the first and the last round tell.
+        # Words are taken from blocks, which have no gaps: the first and the last round are enough.
         places = self._round(loop, before, report, inside)
         if loop.rounds > 1:
             # After a seek all rounds begin at the same word, without one each begins as far on.

@@ -49,6 +49,19 @@ def hardware(full: bool) -> Iterator[Goal]:
             yield _row(top, found, partial(at_most, name, limit=target, unit=unit, note=found.note))
 
 
+def matrix(full: bool) -> Iterator[Goal]:
+    """Area and clock of the core `wide`."""
+    document, top = synthesised(), "asip_wide"
+    for field, name, most in (("aluts", "ALUTs", 25_307), ("dsp_18x18", "elements 18x18", 32)):
+        found = figure(document, top, field)
+        yield _row(
+            top, found, partial(at_most, f"wide: {name}", limit=most, unit="", note=found.note)
+        )
+    clock = figure(document, top, "fmax_mhz")
+    name = "wide: clock on ECP5-85-8, median of five seeds"
+    yield _row(top, clock, partial(at_least, name, limit=125, unit="MHz", note=clock.note))
+
+
 def nios(full: bool) -> Iterator[Goal]:
     """Clocks of the two whole systems."""
     document = synthesised()

@@ -94,6 +94,7 @@ AREAS: dict[str, Area] = {
             "drive loops": "sim.bench.observer_goals:drive_loops",
             "observer": "sim.bench.observer_goals:rows",
             "policies": "sim.bench.stream_law_goals:policies",
+            "area and clock": "scripts.clock_goals:matrix",
         },
     ),
     "motion": Area(

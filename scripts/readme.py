@@ -31,6 +31,7 @@ KEPT = ROOT / "docs/data/synthesis.json"
 CORES = {
     "asip_fast": "ASIP `fast`",
     "asip_small": "ASIP `small`",
+    "asip_wide": "ASIP `wide`",
     "n2_core": "Nios II core",
     "fpga1": "FPGA1, whole system",
     "fpga2": "FPGA2, whole system",
@@ -114,11 +115,21 @@ def kept(data: dict[str, Any]) -> dict[str, Any]:
     tops = json.loads(KEPT.read_text(encoding="utf-8"))["tops"] if KEPT.is_file() else {}
     for core in CORES & data["tops"].keys():
         top = data["tops"][core]
-        clock = {name: top["fmax_mhz"][name] for name in ("median", "min", "max")}
-        clock["runs"] = len(top["fmax_mhz"]["seeds"])
-        tops[core] = {name: top[name] for name in names} | {"fmax_mhz": clock}
+        tops[core] = {name: top[name] for name in names}
+        if "fmax_mhz" in top:
+            clock = {name: top["fmax_mhz"][name] for name in ("median", "min", "max")}
+            clock["runs"] = len(top["fmax_mhz"]["seeds"])
+            tops[core]["fmax_mhz"] = clock
     ordered = {core: tops[core] for core in CORES if core in tops}
     return {"measured": data["measured"], "tops": ordered}
+
+
+def clock_text(clock: dict[str, Any] | None) -> str:
+    """Median, range and seeds of a clock; a dash for a core of which the area alone is measured."""
+    if clock is None:
+        return "-"
+    spread = f"({clock['min']:.0f}..{clock['max']:.0f}, {clock['runs']} seeds)"
+    return f"{clock['median']:.0f} {spread}"
 
 
 def synthesis(data: dict[str, Any]) -> str:
@@ -126,11 +137,9 @@ def synthesis(data: dict[str, Any]) -> str:
     head = ["core", "logic [ALUTs]", "registers", "multipliers (18x18)", "memory [kbit]"]
     rows = []
     for name, top in data["tops"].items():
-        clock = top["fmax_mhz"]
         area = [str(top[key]) for key in ("aluts", "registers", "dsp_18x18")]
         memory = f"{top['memory_bits'] / 1000:.0f}"
-        spread = f"({clock['min']:.0f}..{clock['max']:.0f}, {clock['runs']} seeds)"
-        rows.append([CORES[name], *area, memory, f"{clock['median']:.0f} {spread}"])
+        rows.append([CORES[name], *area, memory, clock_text(top.get("fmax_mhz"))])
     return "\n".join(["", *table([*head, "clock [MHz], median (range)"], rows), ""]) + "\n"
 
 

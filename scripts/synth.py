@@ -74,7 +74,8 @@ def fingerprint(top: Top, seeds: tuple[int, ...]) -> str:
 
 def run(top: Top, seeds: tuple[int, ...], console: Console, jobs: int = 1) -> dict:
     """Result of one top, from the last run if nothing changed."""
-    console.print(f"  {top.name}: Yosys, nextpnr with seeds {', '.join(map(str, seeds))} ...")
+    routed = f", nextpnr with seeds {', '.join(map(str, seeds))}" if seeds else ""
+    console.print(f"  {top.name}: Yosys{routed} ...")
     begin, files = time.monotonic(), sources_of(top.module)
 
     def measure() -> dict:
@@ -87,15 +88,21 @@ def run(top: Top, seeds: tuple[int, ...], console: Console, jobs: int = 1) -> di
 
 def figures(result: dict) -> dict:
     """What build/synth.json says of one top."""
-    alm, ecp5 = result["alm"], result["ecp5"]
-    speeds = list(ecp5["fmax_mhz"].values())
-    return {
+    alm = result["alm"]
+    area = {
         "aluts": alm["alut"],
         "registers": alm["ff"],
         "dsp_18x18": alm["mul18"],
         "memory_bits": alm["memory_bits"],
         "m10k": alm["m10k"],
         "mlab_cells": alm["mlab"],
+        "modules": result["modules"],
+    }
+    if "ecp5" not in result:
+        return area
+    ecp5 = result["ecp5"]
+    speeds = list(ecp5["fmax_mhz"].values())
+    return area | {
         "lut4": ecp5["lut4"],
         "ecp5_registers": ecp5["ff"],
         "fmax_mhz": {
@@ -105,7 +112,6 @@ def figures(result: dict) -> dict:
             "seeds": ecp5["fmax_mhz"],
         },
         "critical_path": ecp5["critical_path"],
-        "modules": result["modules"],
     }
 
 
@@ -119,7 +125,12 @@ def main(argv: list[str] | None = None) -> int:
         "--only", nargs="+", choices=names, default=names, metavar="TOP", help="these tops (all)"
     )
     parser.add_argument(
-        "--seeds", nargs="+", type=int, default=list(SEEDS), metavar="N", help="seeds of placement"
+        "--seeds",
+        nargs="*",
+        type=int,
+        default=list(SEEDS),
+        metavar="N",
+        help="seeds of placement; none: area alone",
     )
     parser.add_argument("--jobs", type=int, default=1, metavar="N", help="placements at a time")
     options = parser.parse_args(argv)

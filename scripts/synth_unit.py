@@ -293,7 +293,9 @@ def synthesise(
     result = {"top": name, "alm": alm_area(top, read, folder, memories)}
     if seeds:
         result["ecp5"] = ecp5_speed(top, read, folder, seeds, jobs)
-        result["modules"] = modules_of(folder)
+    else:
+        ports_of(top, read, folder)
+    result["modules"] = modules_of(folder)
     write_text(OUTPUT / f"{name}.json", json.dumps(result, indent=2) + "\n")
     return result
 

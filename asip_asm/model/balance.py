@@ -68,7 +68,7 @@ def _rows(calls: Sequence[int]) -> Iterator[Calls]:
 
 
 def _changes(calls: Sequence[int]) -> Iterator[Calls]:
-    """The way of folding, single calls, then pairs."""
+    """How calls are folded: single calls, then pairs."""
     yield frozenset((BY_CHOICES,))
     yield from map(frozenset, combinations(calls, 1))
     yield from map(frozenset, combinations(calls, 2))

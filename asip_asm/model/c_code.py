@@ -5,7 +5,7 @@ order, for a PC and for the Nios II systems. Loops of the program are loops of t
 The text needs a C11 compiler and its library, on FPGA2 also `gen/ci.h`. Every operation rounds once
 to binary32; NAME_FUSED chooses how a multiply-add does: 1, once, as on the core; 0, product and sum
 each, as machines without the instruction (the default on Nios II). With 1 the bits are those of the
-core, but for sine and cosine, which are the C library's; on FPGA2 they are the core's unit.
+core, except sine and cosine, which are the C library's; on FPGA2 they are the core's unit.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def members(ports: Iterable[str]) -> dict[str, str]:
 def struct_members(law: Law) -> dict[str, list[tuple[str, str]]]:
     """Words of the structures `inputs`, `states`, `outputs` in order: (signal, type in C).
 
-    Behind the states are the last counts of rates, behind the outputs the exports.
+    The last counts of rates follow the states, and the exports follow the outputs.
     """
     kinds = {"float": "float", "int": "int32_t"}
     rates = [(before(port.rate_of), "int32_t") for port in law.of_kind("rate")]

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Functions that are made of others: exact values, stated errors, domains and what happens outside.
 
-The programs are in `expand`. The bound of a program follows from the parts; what stands here is for
+The programs are in `expand`. The bound of a program follows from the parts; what is here is for
 users (docs/function_errors.md is written from it) and for tests. A zero counts as positive,
 whatever its sign, and the sign of a zero result is not stated.
 """

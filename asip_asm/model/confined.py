@@ -118,7 +118,7 @@ def _child(seccomp, work, seconds: int, memory: int, writer: int) -> None:
         restrict(seccomp)
         text = work()
         failed = False
-    except BaseException as error:  # of many kinds for damaged bytes
+    except BaseException as error:  # damaged bytes raise errors of many kinds
         lines = str(error).strip().splitlines()
         text = (lines[-1] if lines else type(error).__name__)[:SAID].encode(errors="replace")
     finally:

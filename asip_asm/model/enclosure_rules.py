@@ -67,7 +67,7 @@ def add_step(found: Enclosure, i: int, values: Values, leaves: Mapping[int, str]
         low, high = values[leaves.get(i, str(node.value))]
         whole = node.op in ("int_input", "int_state", "isub")
         value = _leaf(found, low, high, leaves.get(i, str(node.value)))
-        if node.op == "fsub":  # of a number and the same one of the last tick
+        if node.op == "fsub":  # a number less its value of the last tick
             step = found.rounded(i, (), value, (), *_rest(found))
             grid = found.steps[node.args[0]].grid
             exact = value.size <= MANTISSA * grid

@@ -320,7 +320,7 @@ class _Expander(Rewriter):
         return self.op("fadd", whole, self.op("flt", whole, x))
 
     def _fmod(self, x: int, y: int) -> int:
-        """|x / y| < 2^22; exact: the sign of the rest tells a quotient that is one too large."""
+        """|x / y| < 2^22; exact: the sign of the rest shows a quotient that is one too large."""
         size, step = self.op("fabs", x), self.op("fabs", y)
         quotient = self._truncated(self.op("fdiv", size, step))
         rest = self.op("fnmsub", quotient, step, size)
@@ -328,7 +328,7 @@ class _Expander(Rewriter):
         return self.op("copysign", rest, x)
 
     def _remainder(self, x: int, y: int) -> int:
-        """|x / y| < 2^22; exact: a rest larger than |y|/2 tells a quotient that rounding moved to
+        """|x / y| < 2^22; exact: a rest larger than |y|/2 shows a quotient that rounding moved to
         a half. A true half is exact, and goes to the even quotient.
         """
         quotient = self.op("i2f", self.op("f2i", self.op("fdiv", x, y)))

@@ -116,7 +116,7 @@ class Law:
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 NEXT = "_next"
-"""Behind the name of a state, or of its vector: the result with its next value."""
+"""Suffix of the name of a state, or of its vector: the result with its next value."""
 
 
 def load_function(source: Model | Path | str, whole: bool = True) -> Model:

@@ -29,7 +29,7 @@ from asip_asm.model.read import ModelError, Scalars, scalars
 SUFFIX = ".onnx"
 FILE_BYTES = 1 << 26
 OPSETS = range(13, 27)
-"""Versions of the operators that are read; the standard kept their meaning over these."""
+"""Versions of the operators that are read. Their meaning is the same in all of these."""
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 

@@ -172,7 +172,7 @@ def _entry(name: str, shape: tuple[int, ...]) -> Entry:
 
 
 def network_of(model) -> Network | str:
-    """The network of an `onnx.ModelProto`; what keeps it from being one of dense layers. Raises
+    """The network of an `onnx.ModelProto`; the reason why it is not one of dense layers. Raises
     ModelError for a file that is none.
     """
     _check_model(model)

@@ -22,7 +22,7 @@ class Options:
     with polynomials for those sines and cosines that would wait for it, or 'pipes' with polynomials
     for all whose angle has known limits. All change roundings.
     `constants`: at most so many in bank K (None: all that fit). `registers`: the others may be in
-    registers that keep them from run to run; those left are loaded from data memory.
+    registers that keep them from run to run; the others are loaded from data memory.
     """
 
     configuration: str = "fast"

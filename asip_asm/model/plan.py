@@ -114,7 +114,7 @@ class Plan:
         """start + matrix * x, a name of `start` empty where a sum begins at zero. The last two axes
         of the matrix are rows and columns; what is zero in every iteration is left out. Each sum is
         made of `parts` sums, to be ready earlier. into: names that take the results, of x too:
-        they are written by `settle`, behind all that reads them.
+        they are written by `settle`, after all that reads them.
         """
         values = matrix.values
         size = np.abs(values).reshape(-1, *values.shape[-2:]).max(axis=0)

@@ -132,7 +132,7 @@ class Run:
         return isinstance(arg, int) or (isinstance(arg, str) and arg in self.integers)
 
     def _integer(self, arg: Operand) -> int:
-        return self.integers[arg] if isinstance(arg, str) else cast(int, arg)  # of _whole()
+        return self.integers[arg] if isinstance(arg, str) else cast(int, arg)  # _whole() made it
 
     def _node(self, op: Op, arg: Operand) -> int:
         if isinstance(arg, str):

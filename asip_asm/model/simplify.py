@@ -68,7 +68,7 @@ class _Simplifier(Rewriter):
             try:
                 return self.new.const(FOLDED[op](*values))
             except (ArithmeticError, ValueError):
-                pass  # the program shall show what the law asks for
+                pass  # the program shall do what the law states
         rule = getattr(self, f"_{op}", None)
         found = rule(*args) if rule else None
         if found is not None:

@@ -64,8 +64,8 @@ class ClosedLoop:
     """Both runs. axes: unit of each error by name. saturated: ticks of the run in double precision
     with an output at its limit; the ratios say little if there are any.
 
-    An axis is judged by the root mean square of its error, behind the first `START` of the run. An
-    encoder holds an axis within a fraction of a count, where the last bit of a torque decides at
+    The measure of an axis is the root mean square of its error after the first `START` of the run.
+    An encoder holds an axis within a fraction of a count, where the last bit of a torque decides at
     which tick the count changes: the largest error is one such tick, and differs from run to run in
     double precision too. The mean over thousands of ticks does not hang on one of them.
     """
@@ -93,7 +93,7 @@ class ClosedLoop:
         return self.ratios[self.worst]
 
     def rms(self, loop: Loop) -> NDArray[np.float64]:
-        """Root mean square of each error (n,) behind the start."""
+        """Root mean square of each error (n,) after the start."""
         return np.sqrt(np.mean(loop.errors[int(START * self.ticks) :] ** 2, axis=0))
 
 

@@ -11,7 +11,7 @@ from sim.laws.description import JointRecord
 from sim.laws.elements import Matrix
 
 SNAP = 1e-9
-"""Numbers of frames nearer than this to 0, 1 or -1 [1, m] are taken for these."""
+"""Numbers of frames nearer than this to 0, 1 or -1 [1, m] are taken as exactly these."""
 PARALLEL = 1e-9
 """Sine of the angle between axes below which they are parallel."""
 FAR = 100.0
@@ -39,7 +39,7 @@ class Body:
 
 
 def frames_of(bodies: list[Body]) -> list[Matrix]:
-    """Frame (4, 4) of every joint in base axes; the base keeps its own."""
+    """Frame (4, 4) of every joint in base axes; the base has its own."""
     frames = [np.eye(4) for _ in bodies]
     below = [0] * len(bodies)
     children: list[list[int]] = [[] for _ in bodies]
@@ -111,7 +111,7 @@ def split(rotation: Matrix, root: bool) -> tuple[Matrix, float]:
     if root:
         return rotation, 0.0
     z = rotation[:, 2]
-    normal = np.array([1.0, 0.0, 0.0])  # of a main child x of the parent is the common normal
+    normal = np.array([1.0, 0.0, 0.0])  # for a main child, x of the parent is the normal
     if abs(z[0]) >= PARALLEL:
         normal = np.cross([0.0, 0.0, 1.0], z)
         normal = normal / np.linalg.norm(normal)

@@ -82,7 +82,7 @@ class _Parts:
         self.ports: list[Port] = []
 
     def vector(self, kind: str, name: str, then: str, fields: Callable[[int, Joint], dict]) -> None:
-        """Ports of one kind for all joints; then: behind the unit of a position; fields: others."""
+        """Ports of one kind for all joints; then: text after a position's unit; fields: others."""
         for i, joint in enumerate(self.tree.axes):
             unit = ("rad" if joint.kind == "revolute" else "m") + then
             self.ports.append(Port(kind, f"{name}{i}", unit, vector=name, **fields(i, joint)))

@@ -56,11 +56,15 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     parser = command_parser(PROG, "Compile a problem of model-predictive control.", EPILOG)
     parser.add_argument("problem", type=Path, help="the problem, a TOML file")
     parser.add_argument("-o", dest="output", metavar="STEM", help="files to write, without suffix")
-    parser.add_argument("--config", choices=streams, default=streams[0], help="kind of core")
+    parser.add_argument(
+        "--config", choices=streams, default=streams[0], help="configuration of the core"
+    )
     parser.add_argument("--c", action="store_true", help="write the program as C too: STEM.tick.c, "
                         "STEM.tick.h")  # fmt: skip
     parser.add_argument("--prove", action="store_true", help="run on the core and compare")
-    parser.add_argument("--ticks", type=count, default=TICKS, help="ticks of the proof")
+    parser.add_argument(
+        "--ticks", type=count, default=TICKS, help="number of ticks that the proof runs"
+    )
     parser.add_argument("--states", type=count, default=10_000, help="initial states whose optimum "
                         "is computed")  # fmt: skip
     return parser.parse_args(arguments)

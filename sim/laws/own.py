@@ -123,7 +123,7 @@ def residuals(robot: Robot, place: Legs, lengths: Legs) -> list[tuple[ca.SX, ca.
     """Q - l^2 of each leg as two terms, Q = l_d^2 by (7) and l its rounded root.
 
     Set-points and constants are multiples of `GRID` and rests. Products and sums of the multiples
-    are exact; so is their difference from l^2 but for the rounding of what is left. Legs 2 and 3:
+    are exact; so is their difference from l^2, except for the rounding of the rest. Legs 2 and 3:
     Q_1 + 3Ry -+ 2 x_p x.
     """
     x, y, z = place
@@ -146,7 +146,7 @@ def length_errors(robot: Robot, place: Legs, lengths: Legs, counts: Legs) -> lis
     """l_d - l of each leg as terms to add.
 
     The rounded root alone has an error of 3e-8 m, a constant one where the tool rests, which the
-    integrator sums up. So the first term is l_d - q n, exact but for one rounding of the small
+    integrator sums up. So the first term is l_d - q n, exact except for one rounding of the small
     difference, and apart from it stands a step of Newton's with the residual of the root (the
     measured length serves for so small a step) and with the rest of the resolution q. Two readers
     keep the two apart.

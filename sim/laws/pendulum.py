@@ -27,7 +27,7 @@ STATE_WEIGHTS = (400.0, 100.0, 20.0, 5.0)
 FORCE_WEIGHT = 0.05
 PROCESS_NOISE = (1e-8, 1e-8, 1e-3, 1e-3)
 FORCE_LIMIT = 40.0  # N
-DECADES = 5.0  # of the limits, over which inputs of a proof are drawn
+DECADES = 5.0  # decades below the limits, over which the inputs of a proof are random
 
 
 def tree() -> Tree:

@@ -251,7 +251,7 @@ class LawReference:
 
     def __call__(self, words: Mapping[str, NDArray]) -> dict[str, tuple[Real, Real]]:
         """Outputs and next states (`<state>_next`) of words of the program, arrays (N,) by name,
-        each with its own largest error.
+        each with its own largest error. Raises KeyError for a law without an equation here.
         """
         settings, n = self.settings, len(self.robot.names)
         if self.name == "inverse_dynamics":
@@ -268,6 +268,8 @@ class LawReference:
             return self._forces(self._weight(q) + self._vector(words, "extra"))
         if self.name == "joint_impedance":
             return self._forces(self._impedance(words, q, v))
+        if self.name != "computed_torque":
+            raise KeyError(f"law {self.name} has no equation in {__name__}")
         total = None
         if settings.integral:
             error = self._vector(words, "goal") - q

@@ -270,7 +270,7 @@ def _moved(transform: Matrix, pseudo: Matrix) -> Matrix:
 
 
 def _regrouped(pseudo: Matrix, kind: str) -> tuple[Matrix, Matrix]:
-    """What the link keeps and what moves to its parent, in the link's frame."""
+    """What stays with the link and what moves to its parent, in the link's frame."""
     moved = np.zeros((4, 4))
     if kind == "revolute":
         moved[2:, 2:] = pseudo[2:, 2:]

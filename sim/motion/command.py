@@ -17,7 +17,7 @@ from sim.robot.parameter_uses import UNUSED
 from sim.robot.parameters import ROBOT_TOML
 
 WIDE = 1000  # columns where nobody looks at a terminal: nothing is wrapped or cut
-LEAST_WIDTH = 100  # of the tables on a terminal
+LEAST_WIDTH = 100  # least width of tables on a terminal
 
 
 def output(stderr: bool = False) -> Console:
@@ -99,7 +99,7 @@ def require_positive(option: str, value: float, unit: str) -> None:
 def failed(program: str, error: ValueError) -> int:
     """One line on standard error and the exit status of a command that could not do its work.
 
-    A message that names file and line stands alone, any other behind the program's name.
+    A message that names file and line is printed alone, any other after the program's name.
     """
     text = str(error)
     sys.stderr.write(f"{text if ': error: ' in text else f'{program}: error: {text}'}\n")

@@ -8,8 +8,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 from sim.robot.parameter_record import ParameterError, Record, parameter
 
@@ -61,6 +63,27 @@ class Friction:
     stiffness: float
     damping: float
     viscous: float
+
+
+class Inverter(Protocol):
+    """What the current law takes of a machine's drives, or of one motor alone; SI units."""
+
+    @property
+    def motors(self) -> Sequence[Motor]: ...
+    @property
+    def current_scale(self) -> float: ...
+    @property
+    def U_dc(self) -> float: ...
+    @property
+    def dead_time(self) -> float: ...
+    @property
+    def delay_on(self) -> float: ...
+    @property
+    def delay_off(self) -> float: ...
+    @property
+    def drop(self) -> float: ...
+    @property
+    def f_pwm(self) -> float: ...
 
 
 @dataclass(frozen=True)

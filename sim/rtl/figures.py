@@ -16,7 +16,7 @@ from typing import Any
 from sim.rtl.sources import RTL, sources_of
 
 MODULES = {
-    **dict.fromkeys(("asip_fast", "asip_small", "asip_stream"), "asip"),
+    **dict.fromkeys(("asip_fast", "asip_small", "asip_stream", "asip_wide"), "asip"),
     **dict.fromkeys(("fpga1", "fpga2"), "n2_system"),
 }
 """Name of a figure -> module that it is of, where that is another one."""

@@ -162,7 +162,7 @@ class DriveTiming(Observer):
     "step_o is high for exactly its length and low for its space at least, direction_o is stable "
     "from its setup before a step until its hold after it; requests taken are the steps sent and "
     "those waiting, refused ones set overrun_o; while requests wait something goes on",
-    "any requests, times and clears; times change only in idleness, from then on counting anew",
+    "any requests, times and clears; times change only in idleness, and counting then restarts",
     quick=True,
 )
 def step_timing(ctx: Context) -> Iterator[Case]:

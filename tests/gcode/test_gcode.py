@@ -86,6 +86,17 @@ MISTAKES = {
     "fractional G": ("G1.5 X1\nM2", 1, 1, "G1.5", "G1.5 is not", "a G word", "did you mean G1?"),
     "unknown M": ("M31\nM2", 1, 1, "M31", "M31 is not a known word", "an M word", "remove"),
     "unknown letter": ("U1\nM2", 1, 1, "U1", "U, an axis along X", "G M N F S T X", "this machine"),
+    "loop of Fanuc": (
+        "WHILE [#1 GT 0] DO1\nM2", 1, 1, "WHILE", "statement of Fanuc's", "O words", "O100 while"
+    ),
+    "end of a loop of Fanuc": ("END1\nM2", 1, 1, "END", "statement of Fan", "O words", "endwhile"),
+    "branch of Fanuc": (
+        "N7 IF[#1 EQ 0]GOTO9\nM2", 1, 4, "IF", "IF, a statement of", "O words", "O100 if"
+    ),
+    "jump of Fanuc": ("N3 goto 5\nM2", 1, 4, "goto", "GOTO, a statement", "O words", "branches"),
+    "decimal comma": ("G0 X2,5\nM2", 1, 6, ",5", "unexpected", "a word such", "decimal point"),
+    "program number with a colon": (":0100\nM2", 1, 1, ":0100", "unexpected", "a word", "as O100"),
+    "block delete with a number": ("/1 G0 X5\nM2", 1, 2, "1", "unexpected", "a word", "without a"),
     "call of Fanuc": ("M97 P1\nM2", 1, 1, "M97", "M97, a call of lines", "an M word", "O100 call"),
     "thread at rest": ("G33 Z1 K1\nM2", 1, 1, "G33", "does not turn", "M3 or M4", "S400 M3"),
     "thread without K": ("S9 M3 G33 Z1\nM2", 1, 7, "G33", "without a pitch", "K greater", "K1.25"),

@@ -82,6 +82,14 @@ PROGRAMS = {
     "drilling with dwell": "G0 Z5\nG82 X1 Y1 Z-1 R1 P.5 F80\nX2\nX3 P.25\nG80\nG82 X4 Z-2 R1 P1",
     "pecking": "G0 Z5\nG83 X1 Y1 Z-5 R1 Q2 F80\nG99 X3\nG83 X4 Z-3 R.5 Q2.5\nG80",
     "pecking in inches": "G20 G0 Z1\nG83 X1 Y1 Z-.5 R.1 Q.2 F8\nG80",
+    "chip breaking": (
+        "G0 Z10\nG73 X1 Y1 Z-5 R1 Q2 F100\nX3\nG99 X5 L2\nG80 G98 G0 Z9\n"
+        "G91 G73 X2 Z-3 R-1 Q.7 L2\nG90 G80\nG18 G0 Y9\nG73 X1 Y-3 Z2 R4 Q1\nX2 Q2\nG80"
+    ),
+    "boring": (
+        "G0 Z10\nG85 X2 Y2 Z-3 R1 F100\nX4\nG99 X6\nG98 X7\nG89 X4 Y2 Z-3 R1 P.5\nG99 X9\nG80\n"
+        "G91 G85 X1 Z-1 R1 L3\nG80 G90\nG20\nG98 G85 X1 Y1 Z-.2 R.1 F5\nG80"
+    ),
     "incremental cycles": (
         "G0 X1 Y1 Z5\nG91 G81 X2 Y1 Z-3 R-1 L3 F50\nG83 Z-2 R-1 Q.5 X1 L2\nG80 G90"
     ),
@@ -177,6 +185,8 @@ REFUSED = {
     "cycle without R": "G81 X1 Z-1 F100",
     "cycle below R": "G81 X1 Z3 R1 F100",
     "peck without Q": "G83 X1 Z-1 R1 F100",
+    "chip breaking without Q": "G73 X1 Z-1 R1 F100",
+    "boring without P": "G89 X1 Z-1 R1 F100",
     "dwell without time": "G4",
     "shift without axes": "G92",
     "two motions": "G0 G1 X1",

@@ -34,7 +34,9 @@ def test_five_loops__have_their_cycles_bits_and_bounds(built):
 
 
 def test_observer__finds_a_constant_load_with_its_bandwidth():
-    """The motor accelerates by its force less the load: the estimate is the load's low-pass."""
+    """The motor accelerates by its force less the load. The force passes one lag, what it
+    accelerates two.
+    """
     axis, load, force = 0, 150.0, 400.0
     motor, mass = DRIVES.motors[axis], SETTING.moved[axis]
     law = DoubleLaw(current_law(DRIVES, SETTING, [axis]))
@@ -57,8 +59,10 @@ def test_observer__finds_a_constant_load_with_its_bandwidth():
         found.append(law.state[f"low{axis}"] - _push(law, axis))
     settled = np.array(found)
     time = SETTING.period * np.arange(len(found))
-    want = load * -np.expm1(-OBSERVER * time)
+    late = OBSERVER * time
+    want = force * -np.expm1(-late) - (force - load) * (1 - (1 + late) * np.exp(-late))
     assert np.abs(settled - want)[100:].max() < 0.05 * load
+    assert abs(settled[-1] - load) < 0.05 * load
 
 
 def _push(law: DoubleLaw, axis: int) -> float:

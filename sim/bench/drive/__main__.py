@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measure the goals of the motor drives, to build/drive.json and build/drive.html.
 
-    python -m sim.bench.drive    what is simulated; `microtick drive` adds area, clock, proofs
+    python -m sim.bench.drive               what is simulated; `microtick drive` adds the hardware
+    python -m sim.bench.drive motor.toml    bring up the motor of that file alone, to build/motor.*
 
 Exit status: 0 if no goal is missed, 1 if one is or the run stopped with an error, 2 wrong command
 line.
@@ -19,6 +20,7 @@ from asip_asm.command import command, script_parser
 from asip_asm.model.read import ModelError
 from asip_asm.project import BUILD
 from sim.bench.drive import page
+from sim.bench.drive.axis.command import bring_up_alone
 from sim.bench.drive.delays import delays
 from sim.bench.drive.goals import Rows, measure, measure_loops
 from sim.bench.drive.hardware import load
@@ -38,8 +40,10 @@ def main(
     argv: Sequence[str] | None = None,
     prog: str = "python -m sim.bench.drive",
     more: More = lambda robot, drives, full, rows, report: {},
+    lacks: Callable[[], str | None] = lambda: None,
 ) -> int:
-    """Command line; more: adds further rows, and returns what else the file shall have."""
+    """Command line; more: adds further rows, and returns what else the file shall have; lacks: why
+    it cannot, which one motor alone does not need to know."""
     example = (
         f"{prog} --robot my_robot.toml. Without --full the command simulates the first 3 s of "
         "the A-G-H path, and 0.2 s of it clock by clock, in some minutes. With --full it simulates "
@@ -47,14 +51,27 @@ def main(
         "clock are cached, so a full run that was stopped continues."
     )
     parser = script_parser(__doc__, example, prog)
+    parser.add_argument(
+        "motor", nargs="?", type=Path, metavar="MOTOR", help="file of one motor: bring it up alone"
+    )
     add_robot_option(parser, "drive")
-    parser.add_argument("--results", type=Path, default=BUILD / "drive.json", help="file written")
+    parser.add_argument(
+        "--results", type=Path, help="file written (build/drive.json, or build/motor.json)"
+    )
     parser.add_argument(
         "--loops", action="store_true", help="only current loops and blocks, 4 minutes"
     )
     parser.add_argument("--full", action="store_true", help="whole path, and 2 s clock by clock")
     options = parser.parse_args(argv)
     console = Console()
+    if options.motor is not None:
+        if options.loops or options.full or options.robot != ROBOT_TOML:
+            parser.error("one motor alone: leave out --robot, --loops and --full")
+        return bring_up_alone(options.motor, options.results or BUILD / "motor.json", console)
+    if (wrong := lacks()) is not None:
+        console.print(f"error: {wrong}", style="red", markup=False, soft_wrap=True)
+        return 1
+    results = options.results or BUILD / "drive.json"
     try:
         robot, drives = load(options.robot)
         rows, shown = Rows(), None
@@ -75,12 +92,12 @@ def main(
     if shown is not None:
         names = (page.NAMES[n] for n in SHOWN)
         document["position_loops"] = dict(zip(names, shown.positions.bandwidth, strict=True))
-    write_goals(options.results, goals, **document)
+    write_goals(results, goals, **document)
     view = terminal_table(goals)
     console.print(view)
-    console.print(f"written: {options.results}")
+    console.print(f"written: {results}")
     if shown is not None:
-        drawn = options.results.with_suffix(".html")
+        drawn = results.with_suffix(".html")
         page.write(drawn, view, shown)
         console.print(f"written: {drawn}")
     return int(bool(missed(goals)))

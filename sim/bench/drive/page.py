@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from rich.table import Table
 
 from sim.bench.drive.chain import CONTROL_PERIOD
+from sim.bench.drive.curves import over_frequency
 from sim.bench.drive.goals import Shown
 from sim.bench.drive.plant import AXES, NAMES
 from sim.bench.drive.position import SHOWN
@@ -85,7 +86,7 @@ def _around_reversal(sample: Sample) -> tuple[NDArray[np.void], float]:
 def _bode(shown: Shown) -> go.Figure:
     loops = shown.loops.responses
     closed = {name: loop.closed for name, loop in zip(NAMES, loops, strict=True)}
-    return _over_frequency(loops[0].frequency, closed)
+    return over_frequency(loops[0].frequency, closed)
 
 
 def _positions(shown: Shown) -> go.Figure:
@@ -93,17 +94,7 @@ def _positions(shown: Shown) -> go.Figure:
     names = [NAMES[n] for n in SHOWN]
     alone = {name: found.alone[:, k] for k, name in enumerate(names)}
     error = {name: 20 * np.log10(np.abs(1 - found.fed[:, k])) for k, name in enumerate(names)}
-    return _over_frequency(found.frequency, alone, ("error [dB]", error))
-
-
-def _over_frequency(frequency: NDArray, closed: dict[str, NDArray], *more: tuple) -> go.Figure:
-    """Size and phase of closed loops by their names, and more rows."""
-    size = {name: 20 * np.log10(np.abs(loop)) for name, loop in closed.items()}
-    phase = {name: np.degrees(np.unwrap(np.angle(loop))) for name, loop in closed.items()}
-    rows = [("size [dB]", size), ("phase [degrees]", phase), *more]
-    figure = panels(frequency, rows, "frequency [Hz]")
-    figure.update_xaxes(type="log")
-    return figure
+    return over_frequency(found.frequency, alone, ("error [dB]", error))
 
 
 def _whole(shown: Shown) -> go.Figure:

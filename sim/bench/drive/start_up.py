@@ -20,7 +20,7 @@ from sim.bench.drive.plant import AXES
 from sim.bench.drive.status import told
 from sim.laws.drive.clocks import CLOCK, HALF_PERIOD
 from sim.laws.drive.current_law import MAGIC, SLOW_RATE, Setting
-from sim.robot.drives import Drives
+from sim.robot.drives import Drives, Inverter
 from sim.robot.parameters import Robot
 from sim.robot.records import Counts, Floats
 
@@ -51,12 +51,12 @@ class StartUpError(RuntimeError):
     """A step of the start-up did not do what it should; names the axis and what was found."""
 
 
-def dead_clocks(drives: Drives) -> int:
+def dead_clocks(drives: Inverter) -> int:
     """DEAD_TIME.clocks."""
     return round(drives.dead_time / CLOCK)
 
 
-def least_clocks(drives: Drives) -> int:
+def least_clocks(drives: Inverter) -> int:
     """PWM.minimum: a state that is ordered lasts for the dead time and until its switch
     conducts."""
     return dead_clocks(drives) + round(drives.delay_on / CLOCK)

@@ -187,7 +187,9 @@ def _so_far(figures: Callable[[], dict[str, Any]], loop: Loop) -> dict[str, Any]
 def main(argv: list[str] | None = None) -> int:
     """Command line; returns the exit code."""
     parser = command_parser("python -m sim.bench.dual", __doc__, EPILOG)
-    parser.add_argument("gcode", type=Path, nargs="?", default=AGH, help="path (RS-274)")
+    parser.add_argument(
+        "gcode", type=Path, nargs="?", default=AGH, help="path, G-code (sim/paths/agh.ngc)"
+    )
     add_robot_option(parser, "dual")
     add_override_option(parser)
     parser.add_argument("--ticks", type=int, help="only the first TICKS ticks of the path")
@@ -200,7 +202,9 @@ def main(argv: list[str] | None = None) -> int:
         "of 100 us are 12500, and nearly all of them are idle",
     )
     parser.add_argument(
-        "--short-only", action="store_true", help="repeat nothing with whole control periods"
+        "--short-only",
+        action="store_true",
+        help="without the repetition of parts with whole control periods",
     )
     for core in ("trajectory", "tracking"):
         parser.add_argument(
@@ -216,13 +220,13 @@ def main(argv: list[str] | None = None) -> int:
         "--every",
         type=int,
         metavar="N",
-        help="repeat also the neighbourhood of every N-th tick",
+        help="also repeat the ticks around every N-th tick",
     )
     parser.add_argument(
         "--docs",
         action="store_true",
-        help="simulate nothing: put the results of the last run, if of the whole path, into "
-        "docs/two_processors.md",
+        help="without a simulation, write docs/two_processors.md from the last run of the whole "
+        "path",
     )
     arguments = parser.parse_args(argv)
     for name in ("ticks", "every"):

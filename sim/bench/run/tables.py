@@ -274,14 +274,14 @@ def resource_table(document: Mapping[str, Any], published: Published) -> Table:
             f"{name} published", f"{row['lut']}", f"{row['register']}", f"{row['dsp18']}", kilobits
         )
     for name, row in document.get("tops", {}).items():
-        speed = row["fmax_mhz"]
+        speed = row.get("fmax_mhz")
         table.add_row(
             name,
             f"{row['aluts']}",
             f"{row['registers']}",
             f"{row['dsp_18x18']}",
             f"{row['memory_bits'] / 1000:.0f}",
-            f"{speed['median']:.0f} ({speed['min']:.0f}..{speed['max']:.0f})",
+            f"{speed['median']:.0f} ({speed['min']:.0f}..{speed['max']:.0f})" if speed else "-",
         )
     return table
 

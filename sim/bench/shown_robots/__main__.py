@@ -26,8 +26,8 @@ EPILOG = """examples:
   python -m sim.bench.shown_robots                 # all; build/shown_robots.json, build/robots.html
   python -m sim.bench.shown_robots --only iiwa14,ur5 --seconds 0.5 --inputs 1000
 
-exit status: 0 every goal of the table is met, 1 one is not (a run with fewer inputs or a shorter
-motion than the goals name among them), 2 wrong command line
+exit status: 0 every goal of the table is met; 1 a goal is missed, or the run has fewer inputs or
+shorter motions than the goals require; 2 wrong command line
 """
 
 

@@ -95,7 +95,7 @@ def words(options: Options) -> str:
 
 
 def effects(built: Built, seed: int, forms: Forms | None = None) -> str:
-    """Table: the program beside those with one option changed.
+    """Table: the program compared with those with one option changed.
 
     Bounds are means over drawn inputs, as multiples of this program's, over all results.
     """

@@ -15,7 +15,7 @@ magnitude optimum for a delay of 1.5 periods: K_p = L / (2 * 1.5 T), K_i = R K_p
 With a disturbance observer (K. Ohnishi, M. Shibata, T. Murakami, Motion Control for Advanced
 Mechatronics, IEEE/ASME Transactions on Mechatronics 1(1), 1996) each axis adds to its order what
 its motor's force did not accelerate: d = w - g M v, w' = g (F + g M v - w). The speed v comes from
-the counts through a lag of the same bandwidth g.
+the counts through a lag of the same bandwidth g, so what accelerates passes two lags.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ import casadi as ca
 
 from asip_asm.model.law import Law, Port
 from sim.laws.drive.clocks import HALF_PERIOD, LOOP_PERIOD
-from sim.robot.drives import Drives, Motor
+from sim.robot.drives import Inverter, Motor
 from sim.robot.parameters import Robot
 
 AXES = tuple(range(5))
@@ -56,7 +56,8 @@ class Setting:
     bus_scale: volts of a count of the bus; compensation: of the dead time, as a share of what the
     parameters ask for; order_filter: time constant [s] of a low-pass in front of each axis' loop,
     0: none. A coarse encoder makes a tracking law order pulses beyond the slope that the bus
-    voltage allows, and their mean would be lost.
+    voltage allows, and their mean would be lost. crossover: of the open loop of each axis [rad/s],
+    0: that of the magnitude optimum.
     """
 
     resolution: tuple[float, ...]
@@ -69,6 +70,7 @@ class Setting:
     observer: tuple[float, ...] = (0.0,) * 5
     moved: tuple[float, ...] = (0.0,) * 5
     compensated: float = 0.3
+    crossover: tuple[float, ...] = (0.0,) * 5
 
     @property
     def ampere_per_count(self) -> float:
@@ -84,13 +86,16 @@ def observed(robot: Robot) -> Setting:
     return Setting(robot.resolution, observer=(OBSERVER,) * 5, moved=(*legs, *table))
 
 
-def gains(motor: Motor, period: float) -> tuple[float, float, float]:
-    """K_p of d and q [V/A], share of R K_p / L a period that an error adds to the integral."""
-    time = 2 * DELAY * period
+def gains(motor: Motor, period: float, crossover: float = 0.0) -> tuple[float, float, float]:
+    """K_p of d and q [V/A], share of R K_p / L a period that an error adds to the integral.
+
+    crossover: of the open loop [rad/s], 0: that of the magnitude optimum.
+    """
+    time = 1 / crossover if crossover else 2 * DELAY * period
     return motor.L_d / time, motor.L_q / time, motor.R / time * period
 
 
-def current_law(drives: Drives, setting: Setting, axes: Sequence[int] = AXES) -> Law:
+def current_law(drives: Inverter, setting: Setting, axes: Sequence[int] = AXES) -> Law:
     """The law of these axes; inputs force0 .. force4 [N, N m] are what the tracking law orders."""
     inputs, ports, results = [], [], []
 
@@ -193,7 +198,7 @@ def current_law(drives: Drives, setting: Setting, axes: Sequence[int] = AXES) ->
             force = force + ca.fmax(ca.fmin(low - push, strength), -strength)
         wanted = ca.fmax(ca.fmin(force * (1 / motor.force_per_ampere), motor.i_max), -motor.i_max)
         e_d, e_q = -i_d, wanted - i_q
-        k_d, k_q, k_i = gains(motor, setting.period)
+        k_d, k_q, k_i = gains(motor, setting.period, setting.crossover[n])
         u_d = k_d * e_d + x_d - w * (motor.L_q * i_q)
         u_q = k_q * e_q + x_q + w * (motor.L_d * i_d + motor.psi)
         v_d = ca.fmax(ca.fmin(u_d, most_d), -most_d)
@@ -236,5 +241,6 @@ def current_law(drives: Drives, setting: Setting, axes: Sequence[int] = AXES) ->
         [symbol.name() for symbol in inputs],
         [name for name, _ in results],
     )
-    doc = "field-oriented current loops of five axes: samples of the servo link to compare values"
+    number = {1: "one axis", len(AXES): "five axes"}.get(len(axes), f"{len(axes)} axes")
+    doc = f"field-oriented current loops of {number}: samples of the servo link to compare values"
     return Law("current loops", function, ports, doc, 1 / setting.period)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cutter radius compensation (G41 G42): the path of the tool's centre beside the contour.
+"""Cutter radius compensation (G41 G42): the path of the tool's centre next to the contour.
 
 The contour comes in as moves, the path of the centre comes out; both are in coordinates of the
 machine. Corners and entry moves are those of LinuxCNC ("Cutter Compensation"), as its interpreter

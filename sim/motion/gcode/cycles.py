@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drilling cycles G81 G82 G83: LinuxCNC's sequence of moves, in all planes."""
+"""Drilling and boring cycles G73 G81 G82 G83 G85 G89: LinuxCNC's moves, in all planes."""
 
 from __future__ import annotations
 
@@ -10,12 +10,15 @@ from sim.motion.gcode.targets import add_polar
 from sim.motion.gcode.words import Word
 from sim.motion.geometry.moves import AXES, Motion, Pose, pose_of
 
-# LinuxCNC's G83_RAPID_DELTA: the rapid back into the hole ends so far above its bottom.
+# LinuxCNC's G83_RAPID_DELTA: the rapid back into the hole ends so far above its bottom, and G73
+# breaks the chip by so much.
 PECK_CLEARANCE_MM = 0.254
 
 MAX_STEPS = 99_000  # moves and rests of one block
 
 _LETTERS = AXES[:3]
+_PECKING = ("G73", "G83")
+_NEEDED = {"G82": "P", "G89": "P", **dict.fromkeys(_PECKING, "Q")}
 Step = tuple[Motion, Pose] | float
 """A motion and its end in programmed coordinates, or a rest [s]."""
 
@@ -23,8 +26,8 @@ Step = tuple[Motion, Pose] | float
 def drill(state: State, values: dict[str, Word], at: Word) -> Iterator[Step]:
     """Steps of a block with the cycle state.motion in force; none after a mistake.
 
-    values: words of the block by letter; at: word that mistakes of the whole block are told of.
-    Each step is taken from the end of the one before. Numbers are kept in state.sticky.
+    values: words of the block by letter; at: word at which mistakes of the block are reported.
+    Each step starts at the end of the previous one. Numbers are stored in state.sticky.
     """
     modes = state.modes
     first, second = modes.plane.axes
@@ -33,7 +36,7 @@ def drill(state: State, values: dict[str, Word], at: Word) -> Iterator[Step]:
         return
     retract, bottom = state.sticky["R"], state.sticky[_LETTERS[axis]]
     if modes.incremental:
-        retract += state.initial_level  # of the whole series, as rs274
+        retract += state.initial_level  # one level for the whole series, as in rs274
         bottom += retract
     if bottom > retract:
         state.report(
@@ -53,7 +56,7 @@ def drill(state: State, values: dict[str, Word], at: Word) -> Iterator[Step]:
     clear = retract
     if not modes.retract_to_r:
         clear = max(state.initial_level, retract)
-        place[axis] = max(level, clear)  # LinuxCNC: also the way to the hole is at that level
+        place[axis] = max(level, clear)  # as LinuxCNC: the move to the hole is at that level too
     given = [(index, value) for index, value in state.axis_values(values) if index != axis]
     repeats = values.get("L")
     for _ in range(int(repeats.value) if repeats else 1):
@@ -66,7 +69,7 @@ def drill(state: State, values: dict[str, Word], at: Word) -> Iterator[Step]:
 
 def _few_steps(state: State, values: dict[str, Word], depth: float, at: Word) -> bool:
     """Whether the holes of a block have at most MAX_STEPS moves; depth [mm] of each."""
-    pecks = depth / state.sticky["Q"] if state.motion == "G83" else 0.0
+    pecks = depth / state.sticky["Q"] if state.motion in _PECKING else 0.0
     repeats = values["L"].value if "L" in values else 1.0
     if (3.0 + 3.0 * pecks) * repeats <= MAX_STEPS:
         return True
@@ -81,12 +84,12 @@ def _few_steps(state: State, values: dict[str, Word], depth: float, at: Word) ->
 
 
 def _accepted(state: State, values: dict[str, Word], axis: int, at: Word) -> bool:
-    """Whether the words of the block make a cycle; its numbers are then kept."""
+    """Whether the words of the block make a cycle; its numbers are then stored."""
     cycle = state.motion
     if state.modes.inverse_time:
         state.report(at, f"{cycle} with G93", "feed per minute (G94)", "write G94 before")
         return False
-    needed = (_LETTERS[axis], "R", *{"G82": "P", "G83": "Q"}.get(cycle or "", ""))
+    needed = (_LETTERS[axis], "R", *_NEEDED.get(cycle or "", ""))
     for letter in needed:
         if letter in values:
             scale = 1.0 if letter == "P" else state.modes.mm_per_unit
@@ -127,14 +130,18 @@ def _hole_steps(
 
     yield Motion.RAPID, pose_of(place)
     yield to(Motion.RAPID, retract)
-    if state.motion == "G83":
+    cycle = state.motion
+    if cycle in _PECKING:
         depth = retract - state.sticky["Q"]
         while depth > bottom:
             yield to(Motion.LINEAR, depth)
-            yield to(Motion.RAPID, retract)
+            if cycle == "G83":
+                yield to(Motion.RAPID, retract)
             yield to(Motion.RAPID, depth + PECK_CLEARANCE_MM)
             depth -= state.sticky["Q"]
     yield to(Motion.LINEAR, bottom)
-    if state.motion == "G82":
+    if cycle in ("G82", "G89"):
         yield state.sticky["P"]
-    yield to(Motion.RAPID, clear)
+    if cycle == "G85":
+        yield to(Motion.LINEAR, retract)
+    yield to(Motion.LINEAR if cycle == "G89" else Motion.RAPID, clear)

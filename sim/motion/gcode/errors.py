@@ -63,7 +63,7 @@ class TooManyErrors(Exception):
 
 
 class Mistakes:
-    """The mistakes of a file so far (`found`), and the line under work, of which they are told."""
+    """The mistakes of a file so far (`found`), and the current line, at which they are reported."""
 
     def __init__(self, file: str) -> None:
         self.file = file

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where a program with O words is: frames that run, the line that is next, lines kept for again."""
+"""Where a program with O words is: running frames, the next line, lines stored for repetition."""
 
 from __future__ import annotations
 
@@ -40,27 +40,27 @@ class Open:
 class Frame:
     """Main program, or a subroutine that runs. names: its own named parameters."""
 
-    label: Key = ""  # of the main program
+    label: Key = ""  # empty for the main program
     back: int = 0
-    line: Line = (0, "")  # of the call
+    line: Line = (0, "")  # line of the call
     head: Head | None = None
     in_loop: bool = False  # the call
     saved: dict[Key, float] = field(default_factory=dict)
     names: dict[Key, float] = field(default_factory=dict)
     open: list[Open] = field(default_factory=list)
     state: Modes | None = None  # M70, M73
-    restores: bool = False  # that at the end, as M73 asks for
-    times: int = 0  # that a subprogram of M98 runs again
+    restores: bool = False  # M73: `state` is restored at the end of the frame
+    times: int = 0  # remaining repetitions of a subprogram of M98
     begin: int | None = None  # place of its first line
 
 
 class Execution:
-    """Reads the lines of a program in the order in which they run, and keeps those needed again."""
+    """Reads the lines of a program in the order in which they run; stores those needed again."""
 
     def __init__(self, source: Iterator[Line], mistakes: Mistakes, state: State) -> None:
         self.source, self.mistakes, self.state = source, mistakes, state
         self.frames = [Frame(names=state.names)]
-        self.at = 0  # of the next line to run
+        self.at = 0  # place of the next line to run
         self.unread = 0  # place of the next line of source
         self.kept: dict[int, Line] = {}
         self.bodies: dict[int, Line] = {}  # lines of subroutines
@@ -77,7 +77,7 @@ class Execution:
         return len(self.frames) > 1 or bool(self.frame.open)
 
     def enter(self, frame: Frame) -> None:
-        """A subroutine begins, with names of its own."""
+        """Enter a subroutine, with its own names."""
         self.frames.append(frame)
         self.state.names = frame.names
 
@@ -88,7 +88,7 @@ class Execution:
         return frame
 
     def moved(self) -> None:
-        """To be told of every move that goes anywhere: the program is not idle."""
+        """Call this for every move that changes the position: the program is not idle."""
         self.again = 0
 
     def next(self) -> Line | None:

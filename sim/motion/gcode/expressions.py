@@ -62,7 +62,7 @@ FUNCTIONS: dict[str, Callable[[float], float]] = {
 
 
 def shown(key: Key) -> str:
-    """A number or name as it is written behind # or O."""
+    """A number or name as it is written after # or O."""
     return f"<{key}>" if isinstance(key, str) else str(key)
 
 
@@ -237,7 +237,7 @@ class ValueReader:
         return re.sub(r"[ \t]", "", name.group(1)).lower()
 
     def _key(self) -> Key:
-        """Parameter behind a #."""
+        """Parameter after a #."""
         name = self._name()
         if name is not None:
             return name

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Words of a block that change the state for the blocks behind it: modes, feed, path, tools."""
+"""Words of a block that change the state for the following blocks: modes, feed, path, tools."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def select_modes(state: State, codes: dict[str, Word], values: dict[str, Word]) 
                 modes.feed = None  # the number means something else now
             modes.inverse_time = code == "G93"
         elif group == "coordinate system":
-            if SYSTEMS.index(code) != modes.system_index:  # as rs274: the one in force stays
+            if SYSTEMS.index(code) != modes.system_index:  # as in rs274, the one in force stays
                 state.select_system(SYSTEMS.index(code))
         elif group == "retract":
             modes.retract_to_r = code == "G99"
@@ -54,7 +54,7 @@ def select_modes(state: State, codes: dict[str, Word], values: dict[str, Word]) 
 
 
 def _override(state: State, word: Word, switch: Word | None) -> bool:
-    """Whether the feed override acts behind M48, M49 or M50 P, as `word`."""
+    """Whether the feed override acts after `word`, which is M48, M49 or M50 P."""
     if word.code == "M50" and switch is not None and switch.value not in (0.0, 1.0):
         state.report(
             switch, "M50 switches the feed override on or off", "P1 or P0", "write M50 P0 for off"
@@ -79,7 +79,7 @@ def _select_path(state: State, codes: dict[str, Word], values: dict[str, Word]) 
             )
     if tolerance is not None:
         modes.tolerance = tolerance.value * modes.mm_per_unit
-    merge = merge or tolerance  # as LinuxCNC
+    merge = merge or tolerance  # as in LinuxCNC
     if merge is not None:
         modes.merge = merge.value * modes.mm_per_unit
 

@@ -45,7 +45,7 @@ PACKAGES = (
     *("libboost-python1.74.0", "libpython3.11", "libedit2", "libbsd0", "libmd0", "libtirpc3"),
 )
 UNPACKED = ROOT / "build/linuxcnc/root"
-SAMPLES = "share/linuxcnc/ncfiles"  # below the folder of bin/rs274
+SAMPLES = "share/linuxcnc/ncfiles"  # path below the folder of bin/rs274
 MODULES = "lib/python3/dist-packages"
 TOOLS = "share/doc/linuxcnc/examples/sample-configs/common/tool.tbl"  # lengths in inches, as rs274
 DIGITS = 1.01e-4  # rs274 prints four decimals of mm or inch; sums of two of them
@@ -67,8 +67,8 @@ _NO_PATH = frozenset(
 CHORD_MM = 0.001  # greatest distance between our chords of a spline and its points
 LEAST_EQUAL = 22  # sample programs, the target of the goal
 DRAWN_BACK = 0.254  # mm, of a probe in rs274
-MAX_BYTES = 10_000_000  # of a program to compare
-SECONDS = 20  # that rs274 may take: it runs endless loops
+MAX_BYTES = 10_000_000  # largest program to compare
+SECONDS = 20  # time limit, because rs274 runs endless loops
 _SPLINE = re.compile(r"[gG] *0*5(\.[123])?(?!\d)")
 _COMMENT = re.compile(r"\([^)]*\)|;.*")
 _TOOL_CHANGE = re.compile(r"[mM] *0*6(?![\d.])")
@@ -153,8 +153,8 @@ def _libraries() -> str:
 def _as_on_a_machine(text: str) -> str:
     """The text with T and M6 in a block of their own.
 
-    rs274 alone takes over its old position behind a block with M6, whatever G43 or G49 of the same
-    block has made of it; with a machine it reads the position back. In two blocks both are alike.
+    rs274 alone takes over its old position after a block with M6, whatever G43 or G49 of the same
+    block has made of it; with a machine it reads the position back. In two blocks both agree.
     """
     lines = []
     for line in text.splitlines():
@@ -197,7 +197,7 @@ def _canonical(text: str) -> str:
 def machine_records(text: str, blocks: list[list[Point]]) -> Iterator[Record]:
     """Records in coordinates of the machine, mm and degrees, x y z A C.
 
-    blocks: ends of the moves in the preview, which stands for what rs274 does not print of splines.
+    blocks: ends of the moves in the preview, which replaces what rs274 does not print of splines.
     """
     preview = iter(blocks)
     left: list[Point] = []
@@ -391,7 +391,7 @@ class Samples:
 
     @property
     def goal_met(self) -> bool:
-        """Whether LEAST_EQUAL of the programs that move do so alike here, and none differently."""
+        """Whether LEAST_EQUAL of the moving programs give equal moves here, and none differs."""
         return not self.different and len(self.moving & set(self.equal)) >= LEAST_EQUAL
 
     @property

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""LinuxCNC's own points of the splines of a program: `gcode`, the module behind its previews.
+"""LinuxCNC's own points of the splines of a program: `gcode`, the module that makes its previews.
 
 rs274 prints of a spline no more than NURBS_FEED(n, ...) with its number of control points. The same
 interpreter in this module evaluates it at 15 n steps of the parameter. It runs in a Python of its
@@ -55,7 +55,7 @@ def blocks(text: str, library: str, modules: Path) -> list[list[Point]]:
 
 
 class _Canon:
-    """What the interpreter calls; keeps the ends of the moves by block."""
+    """Object that the interpreter calls; it stores the ends of the moves by block."""
 
     def __init__(self) -> None:
         self.blocks: list[list[tuple[float, ...]]] = [[]]
@@ -76,7 +76,7 @@ class _Canon:
         return called
 
     def next_line(self, state: object) -> None:
-        """Told of each line."""
+        """The interpreter calls this for each line."""
         self.blocks.append([])
 
 

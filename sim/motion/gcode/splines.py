@@ -2,7 +2,7 @@
 """Splines in the plane XY (LinuxCNC, "G5", "G5.1", "G5.2 G5.3"): G words to chords.
 
 G5 X Y I J P Q      cubic; I J: from the start to the first control point, P Q: from the end to the
-                    second; without I J behind another G5: its direction goes on
+                    second; without I J after another G5: its direction goes on
 G5.1 X Y I J        quadratic; I J: from the start to the control point
 G5.2 X Y P L        control point of a NURBS with its weight P; the first is the position, with
                     weight 1 or that of G5.2 P alone; L: order, 3 if not given. Blocks with X Y P
@@ -36,7 +36,7 @@ class Splines:
     def __init__(self, state: State) -> None:
         self.state = state
         self.open = False  # a G5.2 waits for its G5.3
-        self.points: list[Point] = []  # of G5.2, programmed coordinates [mm]
+        self.points: list[Point] = []  # control points of G5.2, programmed coordinates [mm]
         self.weights: list[float] = []
         self.order = 3
         self.onward: Point | None = None  # I J of a G5 that follows

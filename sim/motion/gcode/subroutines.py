@@ -31,7 +31,7 @@ class Subroutines:
         self._define(head, line)
 
     def _define(self, head: Head, line: Line) -> None:
-        """Passes a subroutine over and keeps its lines; self.run.at is behind its first one."""
+        """Passes a subroutine over and stores its lines; self.run.at is after its first one."""
         begin = self.run.at - 1
         known = self.known.get(head.label)
         if known is not None and known[0] == begin:
@@ -117,7 +117,7 @@ class Subroutines:
             )
 
     def _define_numbered(self, head: Head, line: Line) -> None:
-        """Keeps the lines of a subprogram: to the next one, or to the end of the text."""
+        """Stores the lines of a subprogram: to the next one, or to the end of the text."""
         while True:
             self.numbered.setdefault(head.label, self.run.at)
             self.run.bodies[self.run.at - 1] = line

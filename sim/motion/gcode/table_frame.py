@@ -21,7 +21,7 @@ from sim.motion.geometry.curves import Arc, curve_of, to_si
 from sim.motion.geometry.moves import Move, Pose
 
 Point = tuple[float, float, float]
-TOLERANCE_MM = 0.0005  # of the chords that replace the curve of the tool in the machine
+TOLERANCE_MM = 0.0005  # error of the chords that replace the tool's curve in the machine
 MAX_PIECES = 100_000
 
 

@@ -12,7 +12,7 @@ from sim.motion.geometry.moves import Pose, pose_of
 
 
 def target(state: State, values: dict[str, Word]) -> Pose:
-    """End of the block in programmed coordinates; axes left out keep theirs."""
+    """End of the block in programmed coordinates; axes without a word keep their coordinate."""
     end = list(state.programmed())
     incremental = state.modes.incremental
     for index, value in state.axis_values(values):

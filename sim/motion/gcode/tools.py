@@ -32,7 +32,7 @@ class Tool:
 
 NO_TOOLS: Mapping[int, Tool] = {}
 
-MAX_BYTES = 10_000_000  # of a tool table
+MAX_BYTES = 10_000_000  # largest tool table
 
 _WORD = re.compile(r"([A-Za-z])([+-]?(?:\d+\.?\d*|\.\d+))(?=\s|$)")
 _TEXT = re.compile(r"\S+")

@@ -4,7 +4,7 @@
 As in LinuxCNC, blanks inside numbers do not count (X1 000. is X1000), and a `/` first in the line
 changes nothing: block delete is off.
 
-Settings `#n = value` of a line take effect behind it; all reads of the line see the old values.
+Settings `#n = value` take effect after their line; all reads in the line see the old values.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from sim.motion.gcode.errors import MistakeError, Report
 from sim.motion.gcode.expressions import FUNCTIONS, LETTERS, Key, ValueReader
 
-OFFSETS = "IJK"  # of the centre of an arc
+OFFSETS = "IJK"  # letters of the centre of an arc
 MAX_NUMBER = 1e7  # larger magnitudes are typing mistakes on any machine
 
 
@@ -47,6 +47,18 @@ _SPLIT_NUMBER = re.compile(
     r"\([^()]*+\)|;.*|[+\-][ \t]++[\d.]++(?:[ \t]++[\d.]++)*+|(?<![\d.])[\d.]++(?:[ \t]++[\d.]++)++"
 )
 _BLOCK_DELETE = re.compile(r"[ \t]*/")
+# Statements of Fanuc's macro language; no words of RS-274 begin like them.
+_MACRO = re.compile(
+    r"(WHILE|IF|THEN)(?=[ \t]*\[)|THEN(?=[ \t]*#)|(GOTO|DO|END)(?=[ \t]*[\d#\[])", re.IGNORECASE
+)
+_MACRO_HELP = {
+    "WHILE": "write O100 while [#1 LT 5], and O100 endwhile after the loop",
+    "DO": "write O100 while [#1 LT 5], and O100 endwhile after the loop",
+    "END": "write O100 endwhile with the label of the loop",
+    "IF": "write O100 if [#1 LT 5], and O100 endif after the branch",
+    "THEN": "write O100 if [#1 LT 5], and O100 endif after the branch",
+    "GOTO": "write branches and loops with O words; no statement jumps to a line",
+}
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)")
 
 
@@ -102,6 +114,16 @@ class LineReader(ValueReader):
                     break
                 elif char == "(":
                     self.at = self._skip_comment(begin)
+                elif char in "wWiItTgGdDeE" and (macro := _MACRO.match(source, begin)):
+                    self.at = len(source)
+                    name = macro.group().upper()
+                    self._fail(
+                        f"{name}, a statement of Fanuc's macro language, is not supported",
+                        "O words (docs/gcode.md)",
+                        _MACRO_HELP[name],
+                        begin,
+                        macro.group(),
+                    )
                 elif char in "oO":
                     self.at = len(source)
                     self._fail(
@@ -119,7 +141,7 @@ class LineReader(ValueReader):
                 else:
                     self._stray(begin)
             except MistakeError:
-                # What follows a broken expression cannot be told from its rest.
+                # The words after a broken expression cannot be distinguished from its rest.
                 broken = self.depth > 0 or char == "#"
                 self.at = len(source) if broken else max(self.at, begin + 1)
         return words, settings
@@ -131,6 +153,15 @@ class LineReader(ValueReader):
         help = "remove it or put it into a comment ( )"
         if text[0] == "/":
             help = "block delete is a / at the start of the line"
+        elif text[0] == ",":
+            help = (
+                "numbers have a decimal point, X2.5; write the roundings ,R and chamfers ,C of "
+                "other controls as moves"
+            )
+        elif text[0] == ":":
+            help = "write the number of the program as O100, or remove it"
+        elif self.source[:begin].isspace() and self.written[:begin].strip() == "/":
+            help = "block delete is / without a number"
         elif text[0] in "[]=*<>":
             help = "an expression follows a letter, such as X[1 + 2], or a setting, #1 = [1 + 2]"
         self._fail(

@@ -5,7 +5,7 @@ Path space: (x, y, z, w alpha, w gamma) [m], w = `TABLE_RADIUS`, so a turn of th
 the way of a point at that distance from its axis. All curves are measured by their length in it.
 
 A blend leaves the first curve at a distance d before the joint and meets the second one at the same
-distance behind it, with equal point, direction and curvature at both ends, so the acceleration
+distance after it, with equal point, direction and curvature at both ends, so the acceleration
 along the path is continuous. Between two lines the control points p0 p1 p2 and p3 p4 p5 lie on
 the lines at d, (1 - a) d and (1 - b) d from the corner; a and b, in `SHAPE`, are those that a
 search found to give the least time of zigzags (lines of 15 and 1.5 mm, P of 0.02 to 0.2 mm) at

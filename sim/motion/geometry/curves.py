@@ -76,7 +76,7 @@ class Arc:
     """Circular arc or helix from start to end (5,): sweep [rad] > 0 turns axes[0] to axes[1].
 
     The end programmed may miss the circle by MISSES at most; that rest is spread evenly over the
-    arc, so the arc ends where it was told to.
+    arc, so the arc ends at the stated point.
     """
 
     start: FloatArray
@@ -240,7 +240,7 @@ def curve_of(move: Move) -> Line | Arc | None:
 
 
 def feed_of(move: Move, rapid: float = math.inf) -> float:
-    """Speed that a move asks for: m/s of the tool, rad/s where only the table turns.
+    """Requested speed of a move: m/s of the tool, rad/s where only the table turns.
 
     rapid: of the tool under G0 [m/s]; the table then turns as fast as its limit lets it.
     """

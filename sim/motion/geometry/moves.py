@@ -48,7 +48,7 @@ class Move:
 
     feed is the F number in force as mm/min, for blocks that turn only the table as degree/min;
     it is None for rapids. centre holds the two coordinates in the order of plane.axes; turns (P of
-    G2 and G3): an arc makes so many turns less one, and the way to its end.
+    G2 and G3): an arc makes so many turns less one, and then the rest to its end.
     tolerance [mm]: greatest distance from the joints at the move's ends to the path run, 0 for
     G61, infinite for G64 without P; merge [mm]: Q of G64, within which lines are joined into one.
     inner: the move is a further part of its block, not a new one; exact_stop: G61.1, a move of its

@@ -18,7 +18,7 @@ import numpy as np
 from sim.motion.geometry.curves import FloatArray
 
 MAX_CHORDS = 100_000
-MAX_HALVES = 40  # of one span: its chords are shorter than rounding then
+MAX_HALVES = 40  # most halvings of a span; then its chords are shorter than rounding
 
 
 class TooManyChordsError(ValueError):
@@ -93,7 +93,7 @@ def _halves(curve: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _distance(points: FloatArray) -> float:
     """Greatest distance of points (n, 2) from the line between the first and the last one.
 
-    Where they go back behind an end of that line, the distance from that end.
+    Where they go back beyond an end of that line, it is the distance from that end.
     """
     start, way = points[0], points[-1] - points[0]
     off = points - start

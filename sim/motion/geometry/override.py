@@ -2,7 +2,7 @@
 """Feed override: a program run at a share of its feeds, as by the override knob of a control.
 
 It scales the feeds of G1, G2, G3, splines and cycles, not rapids and rests. M48 and M49 of the
-program switch it on and off for the moves behind them (LinuxCNC, "M48, M49 Speed and Feed Override
+program switch it on and off for the following moves (LinuxCNC, "M48, M49 Speed and Feed Override
 Control"): off, the feeds are as programmed. No feed is raised above what the machine can do.
 """
 

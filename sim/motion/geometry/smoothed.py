@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from sim.motion.geometry.blend import SCALE, by_length
 from sim.motion.geometry.curves import FloatArray
 
-REACH = 1.5  # of a corner, in widths
+REACH = 1.5  # reach of a corner, in widths
 PEAK = 13 / 64  # greatest deviation of a corner, in widths times change of direction
 SHORTEST_INTERVAL = 1e-6  # between knots, in widths; a knot nearer to the last one is left out
 _GAUSS = (np.polynomial.legendre.leggauss(8)[0] + 1) / 2

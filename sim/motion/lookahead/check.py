@@ -27,7 +27,7 @@ from sim.robot.parameters import Robot
 
 QUANTITIES = ("speed", "acceleration", "jerk")
 GROUPS = ("tool", "leg", "table")
-ROUNDING = 1e-12  # of a distance [m]
+ROUNDING = 1e-12  # rounding of a distance [m]
 
 
 @dataclass
@@ -79,10 +79,10 @@ class Deviation:
 
     path: greatest distance of a set-point from the moves about it, less the largest P (or Q) of
     these; corner: greatest distance from an end of a move to the path run, less the P there. Both
-    in m, at most 0 if P is kept; -inf where G64 without P allows any.
+    in m, at most 0 if P is met; -inf where G64 without P allows any.
     """
 
-    ABOUT = (-1, 0, 1, 2)  # moves before and behind the one that a set-point is of
+    ABOUT = (-1, 0, 1, 2)  # checked moves, relative to the move of a set-point
 
     def __init__(self, moves: Sequence[Move]) -> None:
         if any(first.line >= second.line for first, second in pairwise(moves)):
@@ -101,7 +101,7 @@ class Deviation:
         self.path = -np.inf
 
     def watched(self, stream: Iterable[Setpoints]) -> Iterator[Setpoints]:
-        """The stream as it is, examined on the way."""
+        """Pass the stream on unchanged, and examine it."""
         for points in stream:
             self._see(points.position * SCALE, points.line)
             yield points
@@ -136,8 +136,8 @@ class Deviation:
         second = np.diff(q, 2, axis=0)
         change = np.linalg.norm(np.diff(second, axis=0, prepend=second[:1]), axis=1)
         bend = (np.linalg.norm(second, axis=1) + change) / 8
-        # Corners from the start of the move of the first point to the end of the move behind that
-        # of the second: short moves between or behind them may have no set-point.
+        # Corners from the start of the move of the first point to the end of the move after that
+        # of the second: short moves between or after them may have no set-point.
         counts = own[1:] - own[:-1] + 3
         rows = np.repeat(np.arange(len(counts)), counts)
         corner = (

@@ -21,7 +21,7 @@ from sim.motion.lookahead.segment import Segment
 from sim.motion.lookahead.settings import LookaheadSettings
 from sim.robot.kinematics import inverse_velocity
 
-LONGEST_CELL = 0.02  # of a line [m]; the directions to the legs change by some 3 %
+LONGEST_CELL = 0.02  # cell of a line [m]; the directions to the legs change by some 3 %
 Line = tuple[FloatArray, FloatArray, FloatArray]
 """Lengths, greatest speeds and accelerations (n,) of lines next to corners."""
 Limits = tuple[float, float]

@@ -35,7 +35,7 @@ class Element:
     line: int
     move: int
     segment: Segment | None = None
-    offset: float = 0.0  # of the piece's start on its segment
+    offset: float = 0.0  # the piece's start on its segment
     blends: Blends | None = None
     index: int = 0
     turn: Turn | None = None

@@ -27,7 +27,7 @@ SHORTEST_BLEND = 1e-7  # distance from the corner [m] below which the joint is a
 SMOOTH = 1e-8  # angle [rad] and relative change of curvature that need no blend
 LARGEST_ANGLE = math.radians(175.0)  # between directions; beyond, the joint is a stop
 SLOWEST = 12  # joints kept for reports
-INNER_TOLERANCE = 2e-6  # of joints inside one block [m]
+INNER_TOLERANCE = 2e-6  # tolerance of joints inside one block [m]
 
 
 Limit = tuple[float, float]
@@ -266,7 +266,7 @@ class Joints:
         values = self.blends.at_parameters(numbers.repeat(count), u)
         q, d1, d2, d3 = (value.reshape(len(numbers), count, 5) for value in values)
         joint = self.which[numbers]
-        # The tool's part of the way may be greater within a blend than at both its ends.
+        # The tool's share of the path may be greater within a blend than at both its ends.
         tool = np.linalg.norm(d1[..., :3], axis=2).max(axis=1)
         return Pieces(
             *(q, d1, d2, d3),

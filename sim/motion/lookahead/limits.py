@@ -27,14 +27,14 @@ from sim.robot.parameters import Robot
 
 # Limits used for planning, relative to those given: what the points examined may have missed.
 MARGIN = 0.998
-# Share of the acceleration kept for the speed along the path, by the angle of a blend [rad].
+# Share of the acceleration reserved for the speed along the path, by the angle of a blend [rad].
 SHARE_ANGLES = np.radians([0.0, 20.0, 80.0, 180.0])
 SHARES = np.array([0.3, 0.3, 0.01, 0.01])
 # Of the greatest speed: such a change of speed is fastest if its jerk phases just meet.
 SLOW_SHARE = 0.02
-LEAST, GREATEST = 1e-6, 1e12  # of a limit
+LEAST, GREATEST = 1e-6, 1e12  # range of a limit
 SHORTEST_WINDOW, LONGEST_WINDOW = 1e-6, 100.0  # s
-PARTS = 16  # of a blend, whose bounds are kept apart
+PARTS = 16  # parts of a blend, each with its own bounds
 _BISECTIONS = 16
 
 
@@ -96,8 +96,8 @@ class MachineLimits:
 class Pieces:
     """n pieces of path examined at k points each: q and its derivatives by the length, (n, k, 5).
 
-    Path space (table axes times TABLE_RADIUS). feed (n,): greatest speed asked for [m/s]; share
-    (n,): of the acceleration along the path to be kept at the greatest speed; tool_feed (n,): as
+    Path space (table axes times TABLE_RADIUS). feed (n,): greatest requested speed [m/s]; share
+    (n,): of the acceleration along the path, reserved at the greatest speed; tool_feed (n,): as
     feed, of the tool.
     """
 

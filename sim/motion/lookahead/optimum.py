@@ -8,7 +8,7 @@ The unknowns are a point in path space (blend.py), its constant jerk in each int
 durations of the intervals. Across the line or arc of its move the point stays within P in each
 direction, and it passes each corner within P. The limits of tool and table and the feed hold. Those
 of the legs are left out, which can only make the least time less. Between the ends of the
-intervals, points that bound speed and way are examined too, except the way beside an arc. The
+intervals, points that bound speed and path are examined too, except the path next to an arc. The
 solver begins at the planner's motion, and shares no code of speeds or corners with it.
 
 It finds a local optimum on a grid of intervals: neither a faster motion nor a finer grid is

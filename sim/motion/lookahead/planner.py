@@ -36,7 +36,7 @@ from sim.motion.lookahead.segments import Segments
 from sim.motion.lookahead.settings import LookaheadSettings
 from sim.motion.lookahead.speed import Cell, Corner, SpeedPlanner, Stop, Stretch
 
-LARGEST_TURN = 0.2  # of an arc's cell [rad]
+LARGEST_TURN = 0.2  # turn of an arc's cell [rad]
 BLOCK = 20_000  # most set-points made together
 
 
@@ -94,7 +94,7 @@ class Lookahead:
         limits = self.settings.limits
         fastest = limits.tool.speed + limits.table.speed * blend.TABLE_RADIUS * 2
         self._speed_planner = SpeedPlanner(limits.window, fastest, 4 * self.settings.depth)
-        self._elements: deque[Element] = deque()  # not behind the motion yet
+        self._elements: deque[Element] = deque()  # not passed by the motion yet
         self._begin = 0.0  # of the first of them, from the origin of the stretch
         self._rest: FloatArray | None = None
         self._last: Segment | None = None
@@ -314,7 +314,7 @@ class Lookahead:
         return Setpoints(tick, q / SCALE, velocity / SCALE, acceleration / SCALE, line, move)
 
     def _drop(self, stretch: Stretch) -> None:
-        """Forgets the elements that are behind the motion."""
+        """Drops the elements that the motion has passed."""
         elements = self._elements
         if stretch.stopped:
             last: Element | None = None

@@ -23,7 +23,7 @@ from sim.motion.lookahead.elements import SAME_FEED
 from sim.motion.lookahead.limits import MachineLimits
 from sim.motion.lookahead.segment import Segment
 
-SHARE = 0.25  # of P for the corners of a run; about its ends twice that
+SHARE = 0.25  # share of P for the corners of a run; twice that about its ends
 MOST_TURN = 0.8  # sum of the changes of direction within reach
 # Of the feeds in path space where that of the tool is the same: the table turns more, or less.
 NEAR_FEED = 0.25

@@ -27,8 +27,8 @@ class Segment:
     tolerance: float  # [m]
     merge: float  # [m]
     inner: bool
-    direction: FloatArray = field(default_factory=lambda: np.zeros(5))  # of a line
-    curve: Arc | Smoothed | None = None  # of an arc, or of a run of lines
+    direction: FloatArray = field(default_factory=lambda: np.zeros(5))  # direction of a line
+    curve: Arc | Smoothed | None = None  # curve of an arc or of a run of lines
     ratio: float = 1.0  # length in path space per length of the curve
     off: float = 0.0  # greatest distance of corners that were joined into this line [m]
 

@@ -8,7 +8,7 @@ then the average over a window of length T, which turns each step into a ramp: j
 The averaged motion keeps the limits of every cell if the first one keeps them on the cell extended
 by c T / 2 at both ends: while the averaged position is in the cell, the whole window is in the
 extended one. (If a share f of the window is before it, the average of the position is before
-the cell by at least c T / 2 - c T (1 - f)^2 / 2 >= 0; the same behind it.) Two rules remain:
+the cell by at least c T / 2 - c T (1 - f)^2 / 2 >= 0; the same after it.) Two rules remain:
 between acceleration and deceleration the speed stays constant for T, so no ramp goes from +A to -A,
 and a stop rests for T. A single move that reaches A comes out as the time-optimal S-curve; a
 shorter one takes up to 2 T longer than it could.
@@ -18,7 +18,7 @@ of a turn (sim/motion/geometry/turn.py), if the acceleration is the corner's for
 Whoever adds a corner must see to that.
 
 Stream. The profile up to its last rise is final whatever follows, because every later plan is at
-least as fast; only the rest is planned anew when more cells have come. So the result does not
+least as fast; only the rest is planned again when more cells have come. So the result does not
 depend on the number of cells looked at, and it is that of the whole path known at once.
 
 Units: m, s.
@@ -311,7 +311,7 @@ def _duration(ramp: _Ramp) -> float:
 
 
 def _join(ramps: list[_Ramp], ramp: _Ramp) -> None:
-    """Adds a ramp, as a part of the last one where that goes on alike."""
+    """Adds a ramp; it extends the last one if that continues in the same way."""
     last = ramps[-1] if ramps else None
     if last and last.sign == ramp.sign and last.a == ramp.a and last.final == ramp.final:
         last.s1, last.v1 = ramp.s1, ramp.v1
@@ -412,7 +412,7 @@ class _Average:
 
     def _append(self, time: float, position: float, speed: float) -> None:
         duration = time - self.time[-1]
-        # From the position, so that the length is met; both agree but for rounding.
+        # From the position, so that the length is met; both agree except for rounding.
         self.rate.append((speed - self.speed[-1]) / duration)
         self.time.append(time)
         self.position.append(position)
@@ -445,7 +445,7 @@ class _Average:
         return Stretch(marks, position[:-1], speed, acceleration, jerk, end, shift, stopped)
 
     def _forget(self, shift: float) -> None:
-        """Keeps the last window of the history; times from the present, positions from shift."""
+        """Stores the last window of the history; times from the present, positions from shift."""
         end = self.time[-1]
         first = len(self.time) - 1
         while first > 0 and self.time[first] > end - self.window:

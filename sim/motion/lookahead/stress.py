@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Random programs of short segments through the look-ahead planner: are limits and P kept?
+"""Random programs of short segments through the look-ahead planner: are limits and P met?
 
     python -m sim.motion.lookahead.stress --count 100
     python -m sim.motion.lookahead.stress --first 1042 --count 1      one program again
@@ -32,10 +32,10 @@ from sim.robot.parameters import Robot
 TOLERANCES = (0.0, math.inf, 1e-6, 0.001, 0.005, 0.01, 0.025, 0.1, 1.0)  # P [mm]
 LOW = np.array([-140.0, -140.0, 460.0, -80.0, -1e4])
 HIGH = np.array([140.0, 140.0, 740.0, 80.0, 1e4])
-DEPTHS = (2, DEPTH, DEPTH, DEPTH, 5, DEPTH, DEPTH, DEPTH)  # of one program after the other
+DEPTHS = (2, DEPTH, DEPTH, DEPTH, 5, DEPTH, DEPTH, DEPTH)  # depths of successive programs
 LOGGED = 100  # programs between two lines of progress in a log
 FIRST, MOVES = 1000, 40  # number of the first program, moves of each
-VIOLATION = 1.001  # of a limit
+VIOLATION = 1.001  # largest share of a limit that passes
 
 
 def random_moves(seed: int, count: int) -> list[Move]:
@@ -86,7 +86,7 @@ class Outcome:
 
     @property
     def kept(self) -> bool:
-        """Whether every limit and P were kept."""
+        """Whether every limit and P were met."""
         return self.worst <= VIOLATION and max(self.path, self.corner) <= ROUNDING
 
 
@@ -117,7 +117,7 @@ def programs(first: int, count: int, robot: Robot | None = None) -> Iterator[Out
         yield program(seed, replace(settings, depth=DEPTHS[seed % len(DEPTHS)]))
 
 
-ODD_MOVES = 11  # of a path
+ODD_MOVES = 11  # moves of a path
 BLOCK = 1000  # odd paths run as one stream
 SLOWEST = 0.15  # m/s, the feed of odd paths: no limit of the machine is lower
 
@@ -127,7 +127,7 @@ class StalledError(RuntimeError):
 
 
 def odd_moves(block: int) -> Iterator[Move]:
-    """BLOCK paths, one behind the other, each of ODD_MOVES moves of one axis and with its own P."""
+    """BLOCK paths, one after the other, each of ODD_MOVES moves of one axis and with its own P."""
     rng = np.random.default_rng([block, 0])
     place, line = np.array([0.0, 0.0, 600.0, 0.0, 0.0]), 0
     middle, reach = (LOW + HIGH) / 2, (HIGH - LOW) / 2
@@ -154,7 +154,7 @@ def odd_block(block: int, settings: LookaheadSettings) -> float:
     def counted() -> Iterator[Move]:
         nonlocal longest
         for move in odd_moves(block):
-            # At most a stop behind each move, and five times its time at the feed.
+            # At most a stop after each move, and five times its time at the feed.
             longest += 0.04 + 5 * math.dist(move.start, move.end) / (SLOWEST * 1e3)
             yield move
 

@@ -56,7 +56,7 @@ def scale(limits: Limits) -> float:
 def random_moves(kind: str, count: int, seed: int) -> Iterator[Move]:
     """Moves of a kind: 'forward' (speeds >= 0), 'signed' (any speeds), 'moving' (with a0).
 
-    Lengths from ten thousandth of the way to the greatest speed to thirty times of it, more than
+    Lengths from 1e-4 of the distance to the greatest speed to thirty times it, more than
     what the direct change of speed needs; signed ones also less, and close to 0.
     """
     rng = random.Random(f"{kind} {seed}")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Figures 3, 12 and 15 of the S-curve paper drawn anew, their numbers beside the paper's."""
+"""Draw figures 3, 12 and 15 of the S-curve paper, our numbers next to those of the paper."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from sim.motion.planner.ramp_time import RampTimePlan, ramp_time_plan
 from sim.report import pictures
 
 POINTS = 1201
-PULSES_PER_MM = 10  # of figure 12
+PULSES_PER_MM = 10  # value of figure 12
 FIGURE_3 = {"v0": "100", "vm": "600", "tr": "0.6"}
 FIGURE_3_TM = ("0", "0.15", "0.3")
 FIGURE_3_LENGTHS = ("800", "300", "100")

@@ -6,7 +6,7 @@ transition covers the length d. A longer way is run by accelerating first, a sho
 decelerating first, which is the same mirrored. With acceleration first the jerk has the signs
 + 0 - (cruise) - 0 +, and one number is left, the peak speed:
 
-- cruise at the limit, if the way allows it: nothing to solve;
+- cruise at the limit, if the distance allows it: nothing to solve;
 - both pulses reach the acceleration limit: quadratic equation of the peak speed;
 - no pulse does: with x, y the jerk times of the pulses, u = x + y and D = x^2 - y^2 known,
   J/4 u^4 + (v0 + ve) u^2 - L u - J/4 D^2 = 0; for v0 = ve a cubic, solved by sinh;
@@ -51,7 +51,7 @@ class Limits:
 
 
 class TooShortError(SCurveError):
-    """The way does not suffice to change the speed; `needed` does [unit]."""
+    """The distance is too short to change the speed; `needed` is enough [unit]."""
 
     def __init__(self, length: float, needed: float, v0: float, a0: float, ve: float) -> None:
         self.needed = needed
@@ -74,7 +74,7 @@ def time_optimal(
 
     A speed v0 above the limit (or an acceleration that will carry it there) is first brought down
     as fast as the other limits allow. Raises SCurveError for parameters outside the limits, and
-    TooShortError where the way could only be met by passing the end and coming back, unless
+    TooShortError where the distance could only be met by passing the end and coming back, unless
     `reverse` allows that; with it length and speeds may be of either sign.
     """
     for name, value in (("length", length), ("v0", v0), ("a0", a0)):
@@ -195,7 +195,7 @@ def _turning(length: float, v0: float, a0: float, ve: float, limits: Limits) -> 
     def missing(turn: float) -> float:
         return _way(v0, a0, steps(turn)) - length
 
-    # Where speeds below 0 shorten the way again there may be three solutions; the first is soonest.
+    # Where speeds below 0 shorten the path again, three solutions may exist; the first is soonest.
     first = a0
     for last in (*_longest_and_shortest(v0 - a0 * a0 / (2 * j), a0, ve, limits), 0.0):
         if missing(last) >= 0.0:
@@ -205,11 +205,11 @@ def _turning(length: float, v0: float, a0: float, ve: float, limits: Limits) -> 
 
 
 def _longest_and_shortest(vb: float, a0: float, ve: float, limits: Limits) -> list[float]:
-    """Turning accelerations in a0..0, rising, between which the way is monotone.
+    """Turning accelerations in a0..0, rising, between which the distance is monotone.
 
-    With p the peak of the deceleration the derivative of the way by the turning acceleration q has
-    the sign of J vb + q^2 + q p / 2, vb being the speed once the acceleration is brought to 0;
-    p is am, or p^2 = J (vb - ve) + q^2.
+    With p the peak of the deceleration, the derivative of the distance by the turning acceleration
+    q has the sign of J vb + q^2 + q p / 2. vb is the speed when the acceleration has become 0; p is
+    am, or p^2 = J (vb - ve) + q^2.
     """
     j, am = limits.jerk, limits.acceleration
     c, e = j * vb, j * (vb - ve)

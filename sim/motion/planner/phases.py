@@ -115,7 +115,7 @@ class Profile:
 
     @property
     def mismatch(self) -> State[float]:
-        """State reached from the start minus the end asked for: rounding of position, speed, ..."""
+        """State reached from the start minus the requested end: rounding of position, speed, ..."""
         return State(*(x - y for x, y in zip(self._from_start[-1], self.end, strict=True)))
 
     def at(self, t: float) -> State[float]:

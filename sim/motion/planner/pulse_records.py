@@ -49,7 +49,8 @@ def time_exact(
         ticks = round(time / TICK) - tick
         if ticks == 0:
             continue
-        late = tick * TICK - (time - phase.duration)  # of the first tick behind the phase's start
+        # From the phase's start to the first tick after it.
+        late = tick * TICK - (time - phase.duration)
         end = phase.start.after(phase.duration, phase.jerk)
         whole = end if phase is phases[-1] else phase.start.after(late + ticks * TICK, phase.jerk)
         target = (whole.position - phases[0].start.position) * pulses_per_unit
@@ -75,7 +76,7 @@ def pulse_counted(
     phases: Sequence[Phase[Fraction]], pulses_per_unit: Fraction | int, negative: bool = False
 ) -> list[Record]:
     """Records that switch phases by pulse counts, as the S-curve paper does: a phase ends when its
-    count reaches the displacement's ceiling, and rates change only behind a pulse. Raises
+    count reaches the displacement's ceiling, and rates change only after a pulse. Raises
     PulseRecordError, among others for a start speed of 0, from which this scheme never moves.
     """
     if phases and phases[0].start.speed == 0:

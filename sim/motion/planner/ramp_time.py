@@ -35,7 +35,7 @@ _HUGE_EXPONENT = re.compile(r"[eE][+-]?0*[1-9]\d{3}")
 
 
 def exact(name: str, value: Exact) -> Fraction:
-    """The number a parameter stands for: texts as written ("0.15" is 3/20), floats as stored."""
+    """The number that a parameter means: texts as written ("0.15" is 3/20), floats as stored."""
     try:
         if isinstance(value, str) and _HUGE_EXPONENT.search(value):
             raise ValueError

@@ -3,7 +3,7 @@
 
 The profile is fixed by times, not by acceleration and jerk: the speed rises from v0 to its peak in
 exactly tr, the first and last tm of that with constant jerk, and falls in mirror image. A path too
-short for vm lowers the peak and keeps tr, so no equation above the first degree has to be solved.
+short for vm lowers the peak and leaves tr, so no equation above the first degree has to be solved.
 Lengths may be metres or radians; speeds and accelerations are in the same unit.
 """
 
@@ -125,7 +125,7 @@ def closed_forms(
 
 @dataclass(frozen=True)
 class Samples:
-    """Values of a profile along its path, one array each, of the shape of the time asked for."""
+    """Values of a profile along its path, one array each, of the shape of the requested times."""
 
     position: FloatArray
     velocity: FloatArray

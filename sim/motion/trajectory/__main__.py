@@ -30,7 +30,7 @@ from sim.motion.lookahead.limits import MachineLimits
 from sim.motion.trajectory.exact_stop import AXIS_NAMES, MotionSettings, Trajectory, generate
 from sim.robot.parameters import Robot
 
-MOST_SHOWN = 2_500_000  # set-points: this command keeps below 1 GiB
+MOST_SHOWN = 2_500_000  # set-points, so that this command stays below 1 GiB
 
 
 def _arguments() -> argparse.ArgumentParser:

@@ -74,7 +74,7 @@ class TooLongError(ValueError):
 class MotionSettings:
     """How a program is run: robot, S-curve times [s], rates, rest at the start [s].
 
-    rates: None stands for the table's limit of the robot. 0 < jerk_time <= acceleration_time/2
+    rates: None means the table's limit of the robot. 0 < jerk_time <= acceleration_time/2
     keeps the acceleration continuous; anything else raises ValueError.
     """
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Set-points of a whole program, one per control tick, in the path control that it asks for.
+"""Set-points of a whole program, one per control tick, in the path control that it requests.
 
 Moves under G61 and G64 are planned with look-ahead (sim/motion/lookahead/planner.py): corners under
 G64 are rounded within P, the machine's limits are used. Moves under G61.1 are S-curves of set times
@@ -127,7 +127,7 @@ def plan_stream(
     many; seconds: only the motion between two times, the rest at the start not counted; at most
     MOST_TICKS; watch: gets the moves read and the time planned. Raises WorkspaceError and
     OutsideError for a motion that leaves the workspace, TooLongError for one of more than MOST_TIME
-    before that, ValueError for a program without any motion, or none in the time asked for.
+    before that, ValueError for a program without any motion, or none in the requested time.
     """
     period = robot.T_s
     rest = math.ceil(REST_AT_START / period - TICK_ROUNDING)

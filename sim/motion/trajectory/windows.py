@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Windows of a path too long to be simulated as a whole, found while the plan runs by.
 
-The last ticks of the plan are stored, so a window may begin before the moment that asks for it.
+The last ticks of the plan are stored, so a window may begin before the moment that requests it.
 So the memory does not depend on the length of the path. The windows are joined to one path that a
 machine can run: from rest it runs in on the planned path, runs the window as planned, runs out,
 and a straight line leads to the next.
@@ -23,7 +23,7 @@ WINDOW = 1.0  # s
 LONGEST_WINDOW = 20_000  # ticks
 RUN_IN = 0.5  # s; the planned path of half of it is run in that time
 MOST_EVEN = 12  # windows at equal distances
-HARDER = 1.0005  # by which a moment must exceed the hardest so far
+HARDER = 1.0005  # factor by which a moment must exceed the hardest so far
 
 
 @dataclass(eq=False)

@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: Apache-2.0
+// One motor with its inverter, current sensors and encoder, and the program that closes its loops as C: the
+// bench of sim/bench/drive/axis/bench.py. Windings, terminals and friction are those of plant.h. Switches change
+// at fractions of a clock, as in averaged.cpp; the windings are solved from one change to the next and at each
+// modulator bit. The modulators are of second order, their bits weighted by sinc3 over the carrier's window, as
+// chain_harness.cpp and rtl/drive/sinc3_filter.sv have them.
+#include <cmath>
+#include <cstring>
+
+#include "plant.h"
+
+namespace {
+
+using servo::Axis;
+constexpr int kHalf = SERVO_HALF;  // clocks; from clocks.py, as the clock's period
+constexpr double kNever = INFINITY, kStep = 12;  // clocks; of a current that may end
+constexpr double kClock = SERVO_CLOCK, kMagic = 12582912, kBusScale = 0.05, kFull = 131072;
+constexpr int kBit = 6, kRate = 64, kBits = 3 * kRate, kMechanics = 21;  // clocks; bits of a window; bits of a step
+constexpr int kInputs = 24, kOutputs = 16, kStates = 64;                 // words of a program at most
+using Tick = int (*)(const float*, float*, float*);
+
+struct Phase {
+  bool ordered = false, high = false, low = false;
+  double off = kNever, on = kNever;
+};
+
+struct Bench {
+  servo::Parameters p;
+  double inertia, load;  // kg or kg m2; constant force against positive motion
+  double x = 0, v = 0, bristle = 0;
+  servo::Windings windings;
+  double compare[3] = {kHalf / 2., kHalf / 2., kHalf / 2.};
+  Phase phases[3];
+  double window, end, least;  // clocks of a half: windows begin, positions are sampled, PWM.minimum
+  double first[2] = {}, second[2] = {};
+  double weights[kBits] = {}, sum[2] = {}, sample[2] = {};
+  int taken = -1, bits = 0, stepped = 0;  // bits of the window; bits since the last step of the mechanics
+  double next_bit = 0, force = 0, since = 0;  // since: clocks from the last step
+  double cosine = 1, sine = 0;                // of the angle there
+  int64_t start, count_now = 0;
+  bool up = true, gates = false, faulted = false;
+  Tick tick = nullptr, outer = nullptr;
+  float states[kStates] = {}, outer_states[kStates] = {}, outer_out[kOutputs] = {};
+  uint32_t orders = 0, outer_orders = 0, every = 10, place = 0;
+
+  const Axis& axis() const { return p.axis[0]; }
+  double angle() const { return axis().wave * x + axis().angle_offset; }
+  int64_t count() const { return std::llround(std::floor(x / axis().resolution + 0.5)); }
+
+  void prepare() {
+    double box[kBits + 2] = {};
+    for (int n = 0; n < kRate; ++n) box[n] = 1;
+    for (int pass = 0; pass < 2; ++pass) {
+      double wide[kBits + 2] = {};
+      for (int n = 0; n < kBits; ++n)
+        for (int k = 0; k < kRate && n + k < kBits; ++k) wide[n + k] += box[n];
+      std::copy(wide, wide + kBits, box);
+    }
+    std::copy(box, box + kBits, weights);
+    start = count();
+    cosine = std::cos(angle()), sine = std::sin(angle());
+  }
+
+  void order(Phase& phase, double clock) const {
+    phase.ordered = !phase.ordered;
+    phase.off = clock + p.delay_off / kClock;
+    phase.on = clock + (p.dead_time + p.delay_on) / kClock;
+  }
+
+  bool ending(const Phase& phase, double current, double clocks) const {
+    return !phase.high && !phase.low && std::fabs(current) * axis().L_q < 2 * p.U_dc * clocks * kClock;
+  }
+
+  // Windings from one clock of this half to another, from switch to switch.
+  void solve(double now, double until, const double* edge) {
+    const double w = axis().wave * v;
+    double c, s;
+    turned(w * since * kClock, c, s);
+    while (now < until) {
+      const auto current = windings.phases(c, s);
+      double next = until, u[3], alpha, beta;
+      for (int k = 0; k < 3; ++k) {
+        Phase& phase = phases[k];
+        if (gates && edge[k] <= now && phase.ordered == up) order(phase, edge[k]);
+        if (phase.off <= now) phase.high = phase.low = false, phase.off = kNever;
+        if (phase.on <= now) (phase.ordered ? phase.high : phase.low) = true, phase.on = kNever;
+        for (const double at : {gates ? edge[k] : kNever, phase.off, phase.on})
+          if (at > now) next = std::min(next, at);
+      }
+      for (int k = 0; k < 3; ++k)
+        if (ending(phases[k], current[k], next - now)) next = std::min(next, now + kStep);
+      const double time = (next - now) * kClock;
+      for (int k = 0; k < 3; ++k)
+        u[k] = servo::terminal(p, phases[k].high, phases[k].low, p.U_dc, current[k], axis().L_q, time);
+      servo::space_vector(u, alpha, beta);
+      windings.advance(axis(), alpha, beta, c, s, w, time);
+      const double turn = w * time, before = c;
+      c -= turn * s, s += turn * before;
+      since += next - now;
+      now = next;
+    }
+  }
+
+  void step() {
+    const double time = since * kClock;
+    double total = force / stepped - servo::friction(axis(), bristle, v, time) - load;
+    total += axis().cogging * std::sin(6 * (axis().wave * x + axis().angle_offset));
+    v += time * total / inertia, x += time * v;
+    force = 0, since = 0, stepped = 0;
+    cosine = std::cos(angle()), sine = std::sin(angle());
+  }
+
+  // Cosine and sine of the electrical angle, a small one after the last step of the mechanics.
+  void turned(double a, double& c, double& s) const {
+    const double c1 = 1 - a * a / 2, s1 = a - a * a * a / 6;
+    c = cosine * c1 - sine * s1;
+    s = sine * c1 + cosine * s1;
+  }
+
+  void bit(double clock) {
+    double c, s;
+    turned(axis().wave * v * since * kClock, c, s);
+    const auto current = windings.phases(c, s);
+    const double gain[2] = {axis().gain_a, axis().gain_b}, offset[2] = {axis().offset_a, axis().offset_b};
+    if (taken < 0 && clock >= window && clock < window + kBit) taken = 0, sum[0] = sum[1] = 0;
+    for (int k = 0; k < 2; ++k) {
+      const double shown = (current[k] * (1 + gain[k]) + offset[k]) / p.current_scale;
+      const bool one = second[k] >= 0;
+      const double back = one ? 1 : -1;
+      first[k] = std::clamp(first[k] + shown - back, -8.0, 8.0);
+      second[k] = std::clamp(second[k] + first[k] - 2 * back, -16.0, 16.0);
+      if (taken >= 0 && one) sum[k] += weights[taken];
+    }
+    if (taken >= 0 && ++taken == kBits) {
+      for (int k = 0; k < 2; ++k) sample[k] = sum[k] - kFull;
+      taken = -1;
+    }
+    force += windings.force(axis());
+    if (++stepped == kMechanics) step();
+  }
+
+  static float word(double value) { return float(kMagic + std::nearbyint(value)); }
+
+  // row: orders of the program, or of the outer one, whose first output then is the program's order; out: words
+  // of the sample and the compare values that the run orders.
+  void half(const float* row, float* out) {
+    double edge[3];
+    for (int k = 0; k < 3; ++k) {
+      edge[k] = up ? compare[k] : kHalf - compare[k];
+      if (gates && phases[k].ordered != (up ? compare[k] > 0 : compare[k] >= kHalf)) order(phases[k], 0);
+    }
+    double now = 0;
+    bool sampled = false;
+    float values[kOutputs] = {};
+    while (now < kHalf) {
+      const double until = std::min({next_bit, double(kHalf), sampled ? kNever : end});
+      solve(now, until, edge);
+      now = until;
+      if (now == next_bit && now < kHalf) bit(now), next_bit += kBit;
+      if (!sampled && now >= end) run(row, values, out), sampled = true;
+    }
+    next_bit -= kHalf;
+    for (Phase& phase : phases) phase.off -= kHalf, phase.on -= kHalf;
+    for (int k = 0; k < 3; ++k) {  // as pwm_bound has it
+      const double value = values[k] - kMagic;
+      compare[k] = value < least ? 0 : value > kHalf - least ? kHalf : value;
+    }
+    up = !up;
+  }
+
+  void run(const float* row, float* values, float* out) {
+    float in[kInputs] = {};
+    count_now = std::llround(std::floor((x + v * since * kClock) / axis().resolution + 0.5)) - start;
+    in[0] = word(double(count_now));
+    in[1] = word(sample[0]), in[2] = word(sample[1]), in[3] = kMagic;
+    in[4] = word(p.U_dc / kBusScale);
+    if (outer) {
+      if (place++ % every == 0) {
+        float outer_in[kInputs] = {float(count_now)};
+        std::copy(row, row + outer_orders, outer_in + 1);
+        faulted |= outer(outer_in, outer_states, outer_out) != 0;
+      }
+      in[5] = outer_out[0] + row[outer_orders];
+    } else {
+      std::copy(row, row + orders, in + 5);
+    }
+    faulted |= tick(in, states, values) != 0;
+    out[0] = float(count_now), out[1] = in[1] - float(kMagic), out[2] = in[2] - float(kMagic);
+    for (int k = 0; k < 3; ++k) out[3 + k] = values[k] - float(kMagic);
+    out[6] = in[5];
+  }
+};
+
+}  // namespace
+
+extern "C" {
+
+void* bench_new(const servo::Parameters* p, const double* rest) {
+  auto* b = new Bench;
+  b->p = *p;
+  b->inertia = rest[0], b->load = rest[1], b->x = rest[2];
+  b->window = rest[3], b->end = rest[4], b->least = rest[5];
+  b->prepare();
+  return b;
+}
+
+void bench_free(void* handle) { delete static_cast<Bench*>(handle); }
+
+// A program with its first states; orders: words of a row. The gates stay as they are.
+void bench_load(void* handle, Tick tick, const float* states, uint32_t words, uint32_t orders) {
+  auto* b = static_cast<Bench*>(handle);
+  b->tick = tick, b->orders = orders, b->outer = nullptr;
+  std::copy(states, states + words, b->states);
+}
+
+// A program that orders for the loaded one, every so many half periods; a row has its orders, and one that is
+// added to what it orders.
+void bench_outer(void* handle, Tick tick, const float* states, uint32_t words, uint32_t orders, uint32_t every) {
+  auto* b = static_cast<Bench*>(handle);
+  b->outer = tick, b->outer_orders = orders, b->every = every, b->place = 0;
+  std::copy(states, states + words, b->outer_states);
+}
+
+void bench_gates(void* handle, int on) {
+  auto* b = static_cast<Bench*>(handle);
+  b->gates = on;
+  for (Phase& phase : b->phases)
+    if (!on) phase = Phase{};
+}
+
+// Half periods with a row of orders each; rows of 7: count, currents a and b [counts], compare values, order.
+int bench_halves(void* handle, const float* rows, uint32_t width, float* out, uint32_t n) {
+  auto* b = static_cast<Bench*>(handle);
+  for (uint32_t i = 0; i < n; ++i, rows += width, out += 7) b->half(rows, out);
+  return b->faulted;
+}
+
+// What no estimator may see: position, speed, i_d, i_q, electrical angle where the count is 0.
+void bench_truth(void* handle, double* out) {
+  auto* b = static_cast<Bench*>(handle);
+  out[0] = b->x, out[1] = b->v, out[2] = b->windings.i_d, out[3] = b->windings.i_q;
+  out[4] = b->axis().wave * b->start * b->axis().resolution + b->axis().angle_offset;
+}
+
+}  // extern "C"

@@ -1,0 +1,292 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The file of one motor: ten lines of TOML, read and checked.
+
+Phases are in star; currents and fluxes are peaks of a phase. The inverter and its sensing are those
+of the drives' hardware (`INVERTER`); `dead_time` and `current_range` may be given.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from asip_asm.diagnostics import closest
+from asip_asm.parameters import ParameterFileError, read_toml
+from sim.bench.drive.start_up import OVERCURRENT
+from sim.laws.drive.clocks import CLOCK, HALF_PERIOD, LOOP_PERIOD
+from sim.laws.drive.current_law import FASTEST, LARGEST, Setting
+from sim.robot.drives import Friction, Motor
+
+KINDS = {"rotary": "rotary motor", "linear": "linear motor"}
+OPTIMUM = 1 / (3 * LOOP_PERIOD)  # crossover of the magnitude optimum [rad/s]: the largest
+MOST_CURRENT_BANDWIDTH, MOST_VELOCITY_BANDWIDTH = 9000.0, 300.0  # Hz
+SEPARATION = 10.0  # least ratio of both bandwidths
+LEAST_COUNTS = 200  # of an electrical turn
+MOST_RIPPLE = 0.5  # of the rated current
+DELAY_ON, DELAY_OFF = 0.3e-6, 0.5e-6  # of the inverter's switches [s]
+DROP, DROP_RESISTANCE = 1.2, 0.05  # of a switch or diode [V], [ohm]
+GAIN_ERROR, OFFSET = 0.005, 0.001  # of the current sensors, of their value and of their range
+PRESLIDING = 2e-3  # of an electrical turn's 1 / (2 pi), by which the bristles bend
+STRIBECK = 2.0  # electrical speed at which static friction has fallen [rad/s]
+STATIC = 1.3  # static friction as a share of Coulomb friction
+
+
+class MotorFileError(ValueError):
+    """A key is missing, unknown or impossible: file, line, cause, cure."""
+
+
+@dataclass(frozen=True)
+class Key:
+    """A number of the file: unit, limits, meaning; kind: the type of motor that has it."""
+
+    unit: str
+    low: float
+    high: float
+    meaning: str
+    kind: str = ""
+    needed: bool = True
+
+
+ROTARY, LINEAR = "rotary", "linear"
+KEYS = {
+    "R": Key("ohm", 0.01, 100.0, "resistance of a phase: half of that between two terminals"),
+    "L": Key("H", 2e-5, 0.2, "inductance of a phase", needed=False),
+    "L_d": Key("H", 2e-5, 0.2, "inductance along the magnets", needed=False),
+    "L_q": Key("H", 2e-5, 0.2, "inductance across the magnets", needed=False),
+    "flux": Key("V s", 1e-3, 10.0, "peak flux linkage of the magnets", needed=False),
+    "torque_constant": Key("N m/A", 1e-3, 1e3, "torque by peak current", ROTARY, needed=False),
+    "force_constant": Key("N/A", 0.1, 1e4, "force by peak current", LINEAR, needed=False),
+    "pole_pairs": Key("1", 1, 100, "pole pairs of a turn", ROTARY),
+    "pole_pitch": Key("m", 1e-3, 0.5, "north pole to next south pole", LINEAR),
+    "inertia": Key("kg m2", 1e-7, 100.0, "of rotor and load", ROTARY),
+    "mass": Key("kg", 1e-2, 1e4, "of slider and load", LINEAR),
+    "travel": Key("m", 1e-2, 100.0, "free travel; the motor begins in its middle", LINEAR),
+    "rated_current": Key("A", 0.2, 200.0, "peak of a phase"),
+    "bus_voltage": Key("V", 24.0, 800.0, "DC bus"),
+    "encoder_counts": Key("1", 1e2, 1e9, "counts of a turn, or of a metre"),
+    "current_bandwidth": Key("Hz", 500.0, MOST_CURRENT_BANDWIDTH, "-3 dB of the current loop"),
+    "velocity_bandwidth": Key("Hz", 2.0, MOST_VELOCITY_BANDWIDTH, "-3 dB of the velocity loop"),
+    "friction": Key("N m or N", 0.0, 1e4, "Coulomb friction", needed=False),
+    "viscous": Key("N m s/rad or N s/m", 0.0, 1e4, "viscous friction", needed=False),
+    "cogging": Key("N m or N", 0.0, 1e3, "amplitude of the cogging", needed=False),
+    "dead_time": Key("s", 12 * CLOCK, 255 * CLOCK, "of the inverter", needed=False),
+    "current_range": Key("A", 0.2, 1000.0, "full scale of the current sensors", needed=False),
+}
+EITHER = (("L", "L_d"), ("L", "L_q"), ("flux", "torque_constant", "force_constant"))
+
+
+@dataclass(frozen=True)
+class OneMotor:
+    """A motor's file in SI units; an `Inverter` of the current law, with one motor.
+
+    inertia: kg m2 or kg; resolution: travel of a count [rad or m]; travel: free travel [rad or m],
+    infinite of a rotary motor; bandwidths: of the current and velocity loops [Hz].
+    """
+
+    kind: str
+    motor: Motor
+    friction: Friction
+    inertia: float
+    resolution: float
+    travel: float
+    current_bandwidth: float
+    velocity_bandwidth: float
+    U_dc: float
+    current_scale: float
+    dead_time: float = 125 * CLOCK
+    delay_on: float = DELAY_ON
+    delay_off: float = DELAY_OFF
+    drop: float = DROP
+    drop_resistance: float = DROP_RESISTANCE
+    f_pwm: float = 1 / (2 * HALF_PERIOD * CLOCK)
+
+    @property
+    def motors(self) -> tuple[Motor, ...]:
+        return (self.motor,)
+
+    @property
+    def units(self) -> tuple[str, str, str]:
+        """Of travel, force and inertia."""
+        return ("m", "N", "kg") if self.kind == LINEAR else ("rad", "N m", "kg m2")
+
+    def setting(self, angle: float = 0.0, crossover: float = 0.0) -> Setting:
+        """Of the current law, for one axis."""
+        return Setting(
+            (self.resolution,), offset=(angle,), order_filter=(0.0,), crossover=(crossover,)
+        )
+
+
+def load(path: Path) -> OneMotor:
+    """Read a motor's file. Raises MotorFileError, whose text is `file:line: error: cause; cure`,
+    and OSError."""
+    try:
+        content, lines = read_toml(path)
+    except ParameterFileError as error:
+        raise MotorFileError(str(error)) from None
+    try:
+        return _made(_checked(content))
+    except _Wrong as wrong:
+        line = lines.get(wrong.name)
+        place = f"{path}:{line}" if line else f"{path}:{max(lines.values(), default=1)}"
+        raise MotorFileError(f"{place}: error: {wrong}") from None
+
+
+class _Wrong(ValueError):
+    def __init__(self, name: str, text: str) -> None:
+        super().__init__(f"{name}{text}")
+        self.name = name
+
+
+def _checked(content: Mapping[str, Any]) -> dict[str, Any]:
+    """Type and numbers, each within its limits; every key that the motor needs is there."""
+    kind = content.get("type")
+    if kind not in KINDS:
+        got = f" = {kind!r}" if kind is not None else ": missing"
+        raise _Wrong("type", f'{got}; write type = "rotary" or type = "linear"')
+    known = {name: key for name, key in KEYS.items() if key.kind in ("", kind)}
+    for name, value in content.items():
+        if name == "type":
+            continue
+        if name not in known:
+            raise _Wrong(name, _unknown(name, kind, known))
+        key = known[name]
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise _Wrong(name, f" = {value!r}: is no number; write {name} = 1.5, in {key.unit}")
+        if not key.low <= value <= key.high:
+            raise _Wrong(
+                name,
+                f" = {value:g} {key.unit} ({key.meaning}): must be within {key.low:g} .. "
+                f"{key.high:g} {key.unit}; check the unit",
+            )
+    for name, key in known.items():
+        if key.needed and name not in content:
+            raise _Wrong(name, f": missing; add a line {name} = ... in {key.unit}, {key.meaning}")
+    for first, *others in EITHER:
+        names = [name for name in (first, *others) if name in known]
+        given = [name for name in names if name in content]
+        if len(given) != 1:
+            got = f"has {' and '.join(given)}" if given else "missing"
+            raise _Wrong(
+                given[-1] if given else names[0], f": {got}; enter one of {', '.join(names)}"
+            )
+    pairs = content.get("pole_pairs", 1)
+    if pairs != int(pairs):
+        raise _Wrong("pole_pairs", f" = {pairs}: must be a whole number; poles are pairs")
+    return dict(content)
+
+
+def _unknown(name: str, kind: str, known: Mapping[str, Key]) -> str:
+    if name in KEYS:
+        return f": a {KINDS[kind]} has none; remove the line, or change type"
+    hint = closest(name, known)
+    return f": unknown key; {hint or 'the keys are type, ' + ', '.join(known)}"
+
+
+def _made(values: Mapping[str, Any]) -> OneMotor:
+    kind = values["type"]
+    linear = kind == LINEAR
+    pole = 2 * values["pole_pitch"] if linear else 2 * math.pi / values["pole_pairs"]
+    wave = 2 * math.pi / pole
+    constant = values.get("force_constant" if linear else "torque_constant")
+    flux = values["flux"] if constant is None else constant / (1.5 * wave)
+    l_d, l_q = values.get("L_d", values.get("L")), values.get("L_q", values.get("L"))
+    rated = values["rated_current"]
+    motor = Motor(pole, values["R"], l_d, l_q, flux, rated, values.get("cogging", 0.0))
+    coulomb = float(values.get("friction", 0.0))
+    inertia = values["mass" if linear else "inertia"]
+    stiffness = coulomb * wave / PRESLIDING
+    friction = Friction(
+        coulomb=coulomb,
+        static=STATIC * coulomb,
+        speed=STRIBECK / wave,
+        stiffness=stiffness,
+        damping=math.sqrt(stiffness * inertia),
+        viscous=float(values.get("viscous", 0.0)),
+    )
+    one = OneMotor(
+        kind,
+        motor,
+        friction,
+        inertia,
+        1 / values["encoder_counts"] if linear else 2 * math.pi / values["encoder_counts"],
+        values.get("travel", math.inf),
+        values["current_bandwidth"],
+        values["velocity_bandwidth"],
+        U_dc=float(values["bus_voltage"]),
+        current_scale=values.get("current_range", 2.0 * rated),
+        dead_time=round(values.get("dead_time", 1e-6) / CLOCK) * CLOCK,
+    )
+    for name, wrong, text in _possible(one, values):
+        if wrong:
+            raise _Wrong(name, f" = {values.get(name, 0.0):g}{text}")
+    return one
+
+
+def _possible(one: OneMotor, values: Mapping[str, Any]) -> Iterator[tuple[str, bool, str]]:
+    """Name, whether impossible, cause and cure: what single limits do not see."""
+    motor, rated = one.motor, one.motor.i_max
+    linear = one.kind == LINEAR
+    circle = one.U_dc / math.sqrt(3)
+    constant = "force_constant" if linear else "torque_constant"
+    yield (
+        *("R", motor.R * rated > 0.6 * circle),
+        f" ohm: the rated current needs {motor.R * rated:.3g} V of the {circle:.3g} V that a bus "
+        f"of {one.U_dc:g} V gives; a smaller rated_current, or a larger bus_voltage",
+    )
+    least = min(motor.L_d, motor.L_q)
+    ripple = one.U_dc * LOOP_PERIOD / (8 * least)
+    name = "L" if "L" in values else ("L_d" if motor.L_d < motor.L_q else "L_q")
+    yield (
+        *(name, ripple > MOST_RIPPLE * rated),
+        f" H: the carrier of {one.f_pwm:g} Hz makes a ripple of {ripple:.3g} A in it, more than "
+        f"{MOST_RIPPLE:g} of the rated current; a choke in each phase, or a smaller bus_voltage",
+    )
+    ratio = max(motor.L_d, motor.L_q) / least
+    yield (
+        *("L_q", ratio > 3),
+        f" H: {ratio:.3g} times apart from L_d; the torque of the reluctance is not used here, "
+        "must be within 3 times",
+    )
+    counts = motor.pole / one.resolution
+    yield (
+        *("encoder_counts", counts < LEAST_COUNTS),
+        f": only {counts:.4g} counts of an electrical turn; at least {LEAST_COUNTS} for the angle "
+        "of the current loop, take a finer encoder",
+    )
+    span = one.travel if linear else 100 * 2 * math.pi
+    yield (
+        *("encoder_counts", min(span, 8 * motor.pole) / one.resolution > LARGEST),
+        f": more than {LARGEST} counts in the travel or in 8 electrical turns, which binary32 does "
+        "not hold exactly; divide them, or a shorter travel",
+    )
+    yield (
+        *("travel", one.travel < 2.5 * motor.pole),
+        f" m: less than 2.5 electrical turns of {motor.pole:g} m; the alignment moves by one to "
+        "each side; a longer free travel",
+    )
+    force = motor.force_per_ampere * rated
+    yield (
+        *("friction", STATIC * one.friction.coulomb + motor.cogging > 0.3 * force),
+        f" {one.units[1]}: with static friction of {STATIC:g} times that and the cogging, more "
+        f"than 0.3 of the rated {force:.3g} {one.units[1]}; nothing would move, enter a "
+        f"larger {constant} or rated_current",
+    )
+    yield (
+        *("current_range", one.current_scale < OVERCURRENT * rated),
+        f" A: axes trip at {OVERCURRENT:g} of the rated current, {OVERCURRENT * rated:.3g} A, "
+        "which the sensors must show; a larger range or a smaller rated_current",
+    )
+    yield (
+        *("velocity_bandwidth", one.velocity_bandwidth * SEPARATION > one.current_bandwidth),
+        f" Hz: more than 1/{SEPARATION:g} of current_bandwidth = {one.current_bandwidth:g} Hz; it "
+        f"needs a fast current loop, must be <= {one.current_bandwidth / SEPARATION:g}",
+    )
+    speed = 0.1 * circle / motor.psi
+    yield (
+        *("flux" if "flux" in values else constant, speed < 1.0),
+        f": the bus voltage allows only {10 * speed:.3g} rad/s electrical of at most {FASTEST:g}; "
+        "check the unit, or a larger bus_voltage",
+    )

@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The bring-up of one motor from its file to its moves, and how near it comes to the file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.bench.drive.axis.alignment import wrapped
+from sim.bench.drive.axis.bench import Bench, Record
+from sim.bench.drive.axis.identify import Found, identify
+from sim.bench.drive.axis.motor_file import OneMotor
+from sim.bench.drive.axis.tuning import (
+    Gains,
+    close,
+    current_response,
+    gains_of,
+    go,
+    speed_step,
+    velocity_response,
+)
+from sim.bench.drive.response import Response
+from sim.report.goals import Goal, at_least, at_most
+
+Report = Callable[[str], None]
+WITHIN = {"R": 5.0, "L_d": 5.0, "L_q": 5.0, "flux": 3.0, "inertia": 10.0}  # percent
+LEAST_BANDWIDTH, LEAST_MARGIN = 3000.0, 50.0
+MOST_ANGLE = {"without motion": 5.0, "with motion": 2.0}  # degrees, electrical
+MOST_FOLLOWING = 5.0  # degrees, electrical: at the end of the move
+
+
+@dataclass(frozen=True)
+class Result:
+    """found, tuned: what was identified, and the gains of it; angles: errors of both alignments
+    [rad]; current, velocity: closed loops; move: record and wanted counts; step: actual and ordered
+    speed, rise [s], overshoot."""
+
+    one: OneMotor
+    found: Found
+    tuned: Gains
+    angles: dict[str, float]
+    current: Response
+    velocity: Response
+    move: tuple[Record, NDArray[np.float64]]
+    step: tuple[NDArray[np.float64], NDArray[np.float64], float, float]
+    simulated: float
+
+    @property
+    def compared(self) -> dict[str, tuple[float, float, str]]:
+        """Found, in the file, unit."""
+        one, found, motor = self.one, self.found, self.one.motor
+        travel, force, mass = one.units
+        return {
+            "R": (found.R, motor.R, "ohm"),
+            "L_d": (found.L_d, motor.L_d, "H"),
+            "L_q": (found.L_q, motor.L_q, "H"),
+            "flux": (found.psi, motor.psi, "V s"),
+            "inertia": (found.inertia, one.inertia, mass),
+            "friction": (found.coulomb, one.friction.coulomb, force),
+            "viscous": (found.viscous, one.friction.viscous, f"{force} s/{travel}"),
+        }
+
+    def off(self, name: str) -> float:
+        """Distance from the file in percent, of what the file has."""
+        found, file, _ = self.compared[name]
+        return 100 * abs(found / file - 1)
+
+    @property
+    def stays_away(self) -> float:
+        """From the end of the move, electrical [degrees]."""
+        record, wanted = self.move
+        per_count = self.one.motor.wave * self.one.resolution
+        return float(np.degrees(abs(record.counts[-1] - wanted[-1]) * per_count))
+
+    def goals(self) -> Iterator[Goal]:
+        """Rows of one motor."""
+        for name, most in WITHIN.items():
+            yield at_most(f"{name}, identified against the file", self.off(name), most, "%")
+        for name, angle in self.angles.items():
+            off = float(np.degrees(abs(angle)))
+            yield at_most(f"angle by alignment {name}", off, MOST_ANGLE[name], "degrees")
+        bandwidth = min(LEAST_BANDWIDTH, 0.8 * self.one.current_bandwidth)
+        yield at_least("current loop, -3 dB, by injection", self.current.bandwidth, bandwidth, "Hz")
+        margin = self.current.margin
+        yield at_least("current loop, phase margin", margin, LEAST_MARGIN, "degrees")
+        bandwidth = 0.8 * self.one.velocity_bandwidth
+        name = "velocity loop, -3 dB, by injection"
+        yield at_least(name, self.velocity.bandwidth, bandwidth, "Hz")
+        margin = self.velocity.margin
+        yield at_least("velocity loop, phase margin", margin, LEAST_MARGIN, "degrees")
+        name = "position after the move, electrical"
+        yield at_most(name, self.stays_away, MOST_FOLLOWING, "degrees")
+
+    def as_json(self) -> dict[str, Any]:
+        """What the results file has besides the goals."""
+        found, tuned = self.found, self.tuned
+        k_p, k_i = tuned.velocity_gains
+
+        def response(loop: Response) -> dict[str, Any]:
+            return {
+                "frequency_hz": loop.frequency.tolist(),
+                "size": np.abs(loop.closed).tolist(),
+                "phase_degrees": np.degrees(np.unwrap(np.angle(loop.closed))).tolist(),
+                "bandwidth_hz": loop.bandwidth,
+                "margin_degrees": loop.margin,
+            }
+
+        return {
+            "identified": {
+                name: {"found": value, "file": file, "unit": unit}
+                for name, (value, file, unit) in self.compared.items()
+            },
+            "angle_rad": {"with motion": found.angle, "without motion": found.still},
+            "moved_without_motion_degrees": float(np.degrees(found.moved)),
+            "gains": {
+                "current": {"K_p_d": tuned.k_d, "K_p_q": tuned.k_q, "K_i": tuned.k_i},
+                "velocity": {"K_p": k_p, "K_i": k_i},
+            },
+            "current_loop": response(self.current),
+            "velocity_loop": response(self.velocity),
+            "speed_step": {"rise_s": self.step[2], "overshoot": float(self.step[3])},
+            "simulated_s": self.simulated,
+        }
+
+
+def bring_up(
+    one: OneMotor,
+    angle: float = 0.7,
+    report: Report = lambda text: None,
+    bench: Bench | None = None,
+) -> Result:
+    """Bring up a motor at rest; angle: electrical, at its position 0 [rad], which nothing but the
+    plant knows. Raises BringUpError."""
+    bench = bench or Bench(one, angle)
+    report("alignment and identification")
+    found = identify(bench)
+    true = bench.truth["angle"]
+    angles = {
+        "without motion": wrapped(found.still - true),
+        "with motion": wrapped(found.angle - true),
+    }
+    tuned = gains_of(one, found)
+    report("current loop by injection")
+    current = current_response(bench, found, tuned)
+    close(bench, found, tuned)
+    report("a move, a step of the speed, velocity loop by injection")
+    now = float(bench.run(np.zeros((1, 5))).counts[0])
+    end = (
+        0.0
+        if abs(now) * one.resolution * one.motor.wave > 3
+        else now + 2 * one.motor.pole / one.resolution
+    )
+    move = go(bench, found, now, end)
+    step = speed_step(bench, found, tuned)
+    now = float(bench.run(np.zeros((1, 5))).counts[0])
+    velocity = velocity_response(bench, found, tuned, now)
+    simulated = bench.halves_run * one.setting().period
+    return Result(one, found, tuned, angles, current, velocity, move, step, simulated)

@@ -1,0 +1,233 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Gains of one axis from its bandwidths, and both loops as they are: responses by injection."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import savgol_filter
+
+from asip_asm.model.compiler import Compiled, Options, compile_law
+from sim.bench.drive.axis.bench import MILLISECOND, Bench, Record
+from sim.bench.drive.axis.identify import INNER, Found, rotor_frame, travel
+from sim.bench.drive.axis.motor_file import LINEAR, OPTIMUM, OneMotor
+from sim.bench.drive.response import BASE, BIAS, LINES, PERIODS, Response, analyse, multisine
+from sim.laws.drive.clocks import LOOP_PERIOD
+from sim.laws.drive.current_law import DELAY, gains
+from sim.laws.drive.velocity_law import FILTER, INTEGRAL, VelocitySetting, velocity_law
+
+EVERY = 10  # half periods of a run of the velocity loop
+PERIOD = EVERY * LOOP_PERIOD
+VELOCITY_OPTIONS = Options(configuration="fast", reassociate=True, reciprocal=True)
+AMPLITUDE = 0.002  # of a line, as a share of the rated current
+MOST_FORCE = 0.9  # of the rated one, that the velocity loop may order
+HALF_POWER = math.sqrt(0.5)
+
+
+@dataclass(frozen=True)
+class Gains:
+    """crossover of the current loop [rad/s]; K_p of d and q [V/A], K_i of both [V/(A s)]."""
+
+    crossover: float
+    k_d: float
+    k_q: float
+    k_i: float
+    velocity: VelocitySetting
+
+    @property
+    def velocity_gains(self) -> tuple[float, float]:
+        """K_p [force s/travel] and K_i [force/travel]."""
+        k_p = self.velocity.inertia * self.velocity.crossover
+        return k_p, k_p * INTEGRAL * self.velocity.crossover
+
+
+def gains_of(one: OneMotor, found: Found) -> Gains:
+    """From the bandwidths of the file and what was identified."""
+    crossover = current_crossover(one.current_bandwidth)
+    motor = found.motor(one.motor)
+    k_d, k_q, k_i = gains(motor, LOOP_PERIOD, crossover)
+    velocity = VelocitySetting(
+        velocity_crossover(one.velocity_bandwidth, crossover),
+        PERIOD,
+        one.resolution,
+        motor.wave,
+        found.inertia,
+        found.coulomb,
+        found.viscous,
+        MOST_FORCE * motor.force_per_ampere * motor.i_max,
+    )
+    return Gains(crossover, k_d, k_q, k_i / LOOP_PERIOD, velocity)
+
+
+def current_crossover(bandwidth: float) -> float:
+    """Crossover [rad/s] of an integrator with 1.5 periods of delay whose closed loop has this
+    bandwidth [Hz]."""
+    s = 2j * np.pi * bandwidth
+
+    def size(crossover: float) -> float:
+        loop = crossover / s * np.exp(-s * DELAY * LOOP_PERIOD)
+        return float(abs(loop / (1 + loop)))
+
+    return _solved(size, 1.0, OPTIMUM)
+
+
+def velocity_crossover(bandwidth: float, current: float) -> float:
+    """The same of the velocity loop, with filter, integral and all its delays."""
+    s = 2j * np.pi * bandwidth
+    late = PERIOD / 2 + DELAY * LOOP_PERIOD + 1 / current
+
+    def size(crossover: float) -> float:
+        forward = crossover * (1 + INTEGRAL * crossover / s) / s * np.exp(-s * late)
+        back = np.exp(-s * PERIOD / 2) / (1 + s / (FILTER * crossover))
+        return float(abs(forward / (1 + forward * back)))
+
+    return _solved(size, 0.1, 2 * np.pi * bandwidth)
+
+
+def _solved(size: Callable[[float], float], low: float, high: float) -> float:
+    """Where a size that rises with the crossover is -3 dB."""
+    for _ in range(60):
+        middle = math.sqrt(low * high)
+        low, high = (low, middle) if size(middle) > HALF_POWER else (middle, high)
+    return low
+
+
+def current_response(bench: Bench, found: Found, tuned: Gains) -> Response:
+    """Ordered to sensed i_q, by a multisine that is added to a small current of a free motor."""
+    motor = found.motor(bench.one.motor)
+    bench.current_loop(motor, found.angle, tuned.crossover)
+    wave = multisine(bench.one.setting())
+    wanted = (BIAS + np.tile(AMPLITUDE * wave, PERIODS + 1)) * motor.i_max
+    seen = bench.run((wanted * motor.force_per_ampere)[:, None])
+    stop = np.full((len(wave), 1), -BIAS * motor.i_max * motor.force_per_ampere)
+    bench.run(np.tile(stop, (PERIODS + 1, 1)))
+    _, at, _ = travel(bench, seen, found.angle)
+    i_q = rotor_frame(seen.alpha, seen.beta, at)[1]
+    lines = LINES * PERIODS
+    spectra = [np.fft.fft(rows[len(wave) :])[lines] for rows in (i_q, wanted)]
+    return interpolated(analyse(LINES * BASE, spectra[0] / spectra[1]))
+
+
+def interpolated(response: Response) -> Response:
+    """With the bandwidth between two lines, straight in their logarithms."""
+    size = np.log(np.abs(response.closed) / HALF_POWER)
+    (below,) = np.nonzero((size[:-1] >= 0) & (size[1:] < 0))
+    if not below.size:
+        return response
+    k, f = int(below[0]), np.log(response.frequency)
+    at = f[k] + (f[k + 1] - f[k]) * size[k] / (size[k] - size[k + 1])
+    return replace(response, bandwidth=float(np.exp(at)))
+
+
+def velocity_program(tuned: Gains) -> Compiled:
+    """The velocity loop, compiled for the core `fast`."""
+    return compile_law(velocity_law(tuned.velocity), VELOCITY_OPTIONS)
+
+
+def close(bench: Bench, found: Found, tuned: Gains) -> None:
+    """Load both loops; rows are `velocity_law.ORDERS` and a force to add."""
+    bench.current_loop(found.motor(bench.one.motor), found.angle, tuned.crossover)
+    bench.outer(velocity_program(tuned), EVERY)
+
+
+def limits(one: OneMotor, found: Found) -> tuple[float, float]:
+    """Speed and acceleration of moves [SI units of travel]."""
+    motor = found.motor(one.motor)
+    circle = one.U_dc / math.sqrt(3)
+    speed = min(400.0, 0.35 * circle / motor.psi) / motor.wave
+    force = motor.force_per_ampere * motor.i_max
+    return speed, 0.4 * (force - found.coulomb) / found.inertia
+
+
+def go(bench: Bench, found: Found, begin: float, end: float) -> tuple[Record, NDArray[np.float64]]:
+    """Move from a count to another with both loops closed: the record, wanted counts."""
+    one = bench.one
+    speed, acceleration = limits(one, found)
+    way = (end - begin) * one.resolution
+    time = max(2 * abs(way) / speed, math.sqrt(2 * math.pi * abs(way) / acceleration), 0.02)
+    n = round(time / LOOP_PERIOD)
+    s = np.arange(n) / n
+    wait = round(min(3 / (0.2 * 2 * np.pi * one.velocity_bandwidth), 0.3) / LOOP_PERIOD)
+    rows = np.zeros((n + wait, 5))
+    rows[:n, 0] = begin + (end - begin) * (s - np.sin(2 * np.pi * s) / (2 * np.pi))
+    rows[n:, 0] = end
+    rows[:n, 1] = way / time * (1 - np.cos(2 * np.pi * s))
+    rows[:n, 2] = 2 * np.pi * way / time**2 * np.sin(2 * np.pi * s)
+    rows[:, 3] = 1
+    return bench.run(rows), rows[:, 0]
+
+
+def room(one: OneMotor) -> float:
+    """Counts to each side of count 0 that a linear motor may move; infinite of a rotary one."""
+    return INNER * one.travel / one.resolution if one.kind == LINEAR else math.inf
+
+
+def velocity_response(bench: Bench, found: Found, tuned: Gains, now: float) -> Response:
+    """Ordered to actual speed, by a multisine added to a constant speed; both loops closed.
+
+    now: counts where the motor rests.
+    """
+    one, f = bench.one, bench.one.velocity_bandwidth
+    base, periods = f / 5, 3
+    lines = np.unique(np.round(np.geomspace(1, 25, 14)).astype(int))
+    samples = EVERY * round(1 / (base * PERIOD))
+    base = 1 / (samples * LOOP_PERIOD)
+    length = periods * samples * LOOP_PERIOD
+    speed, acceleration = limits(one, found)
+    run_up = 0.5 / f + 0.05
+    bias = min(0.4 * speed, 1.2 * room(one) * one.resolution / (length + 3 * run_up))
+    if one.kind == LINEAR:
+        go(bench, found, now, -0.6 * room(one))
+    t = np.arange(samples) // EVERY * EVERY / samples
+    w = 2 * np.pi * base * lines
+    sizes = np.minimum(1.0, (2 * np.pi * f) / w)
+    wave = (sizes * np.cos(2 * np.pi * np.outer(t, lines) - np.pi * np.arange(len(lines)) ** 2
+                           / len(lines))).sum(axis=1)  # fmt: skip
+    jerk = np.abs(np.gradient(wave, LOOP_PERIOD * EVERY)).max() + 2 * np.pi * f * np.abs(wave).max()
+    scale = min(0.5 * bias / np.abs(wave).max(), 0.5 * acceleration / jerk)
+    begin = round(run_up / LOOP_PERIOD / EVERY) * EVERY
+    ramp = np.minimum(1.0, 2 * np.arange(begin) / begin)
+    wanted = np.concatenate([bias * ramp, bias + scale * np.tile(wave, periods)])
+    rows = np.zeros((len(wanted), 5))
+    rows[:, 1] = wanted
+    seen = bench.run(rows).counts[begin + samples :] * one.resolution
+    stop = np.zeros((2 * begin, 5))
+    stop[:, 1] = bias * np.linspace(1, 0, 2 * begin) ** 2
+    bench.run(stop)
+    n = len(seen)
+    trend = (seen[n // 2 :].mean() - seen[: n // 2].mean()) / (n // 2)
+    spectrum = np.fft.fft(seen - trend * np.arange(n))[lines * (periods - 1)]
+    order = np.fft.fft(wanted[begin + samples :])[lines * (periods - 1)]
+    closed = 1j * w * spectrum / order
+    z = np.exp(-1j * w * PERIOD)
+    share = tuned.velocity.share
+    back = (1 - z) / (1j * w * PERIOD) * share / (1 - (1 - share) * z)
+    whole = interpolated(analyse(w / (2 * np.pi), closed))
+    return replace(whole, margin=analyse(w / (2 * np.pi), closed * back).margin)
+
+
+def speed_step(
+    bench: Bench, found: Found, tuned: Gains
+) -> tuple[NDArray[np.float64], NDArray[np.float64], float, float]:
+    """A step of the ordered speed with both loops closed: actual and ordered speed, a row a half
+    period, the rise from 10 % to 90 % [s], the overshoot as a share."""
+    one = bench.one
+    speed, acceleration = limits(one, found)
+    time = 2.5 / one.velocity_bandwidth
+    ways = (0.3 * speed, 0.5 * acceleration / tuned.velocity.crossover)
+    step = min(*ways, 0.3 * room(one) * one.resolution / time)
+    rest, n = 20 * MILLISECOND, round(time / LOOP_PERIOD)
+    rows = np.zeros((rest + n, 5))
+    rows[rest:, 1] = step
+    counts = bench.run(rows).counts
+    width = 2 * round(0.02 / one.velocity_bandwidth / LOOP_PERIOD) + 41
+    actual = savgol_filter(counts * one.resolution, width, 2, deriv=1, delta=LOOP_PERIOD)
+    rows[:, 1] = step * np.linspace(1, 0, len(rows)) ** 2
+    bench.run(rows)
+    after = actual[rest:]
+    rise = int(np.argmax(after > 0.9 * step) - np.argmax(after > 0.1 * step)) * LOOP_PERIOD
+    return actual, np.where(np.arange(rest + n) < rest, 0.0, step), rise, after.max() / step - 1

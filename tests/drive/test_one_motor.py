@@ -1,0 +1,256 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One motor alone: its file, alignment, identification, gains, responses, and what is refused."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from asip_asm.model.compiler import compile_law
+from asip_asm.model.program import build
+from asip_asm.project import ROOT
+from scripts.doc_blocks import code_blocks
+from sim.bench.drive.__main__ import main
+from sim.bench.drive.averaged import MIDDLE
+from sim.bench.drive.axis.bench import Bench, BringUpError, current_program
+from sim.bench.drive.axis.campaign import campaign, goals
+from sim.bench.drive.axis.identify import identify
+from sim.bench.drive.axis.motor_file import GAIN_ERROR, KEYS, OFFSET, MotorFileError, load
+from sim.bench.drive.axis.random_motors import motors
+from sim.bench.drive.axis.result import Result, bring_up
+from sim.bench.drive.axis.tuning import current_crossover, velocity_program
+from sim.bench.drive.chain import OPTIONS
+from sim.laws.drive.clocks import CLOCK
+from sim.laws.drive.start_up_law import start_up_law
+from sim.laws.prove_program import prove
+
+FILE = ROOT / "sim/motor.toml"
+TEXT = FILE.read_text(encoding="utf-8")
+LINEAR = {
+    "type": '"linear"',
+    "pole_pairs": None,
+    "inertia": None,
+    "torque_constant": None,
+    "pole_pitch": "0.016",
+    "mass": "0.6",
+    "force_constant": "12.0",
+    "travel": "0.4",
+    "encoder_counts": "1e6",
+    "friction": "0.8",
+    "viscous": "1.0",
+}
+
+
+def changed(folder: Path, **keys: str | None) -> Path:
+    """The shipped file with other keys; None leaves one out."""
+    lines = [line for line in TEXT.splitlines() if line.split(" ")[0] not in keys]
+    lines += [f"{name} = {value}" for name, value in keys.items() if value is not None]
+    file = folder / "motor.toml"
+    file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return file
+
+
+@pytest.fixture(scope="module")
+def rotary() -> Result:
+    return bring_up(load(FILE), angle=-2.1)
+
+
+def missed(result: Result) -> list[str]:
+    return [f"{goal.name}: {goal.value}" for goal in result.goals() if not goal.met]
+
+
+def test_rotary__every_goal_is_met(rotary):
+    assert missed(rotary) == []
+
+
+def test_rotary__friction_within_a_hundredth_of_the_rated_torque(rotary):
+    one = rotary.one
+    rated = one.motor.force_per_ampere * one.motor.i_max
+    assert abs(rotary.found.coulomb - one.friction.coulomb) < 0.01 * rated
+    assert rotary.found.viscous == pytest.approx(one.friction.viscous, rel=0.3)
+
+
+def test_linear__every_goal_is_met_within_the_travel(tmp_path):
+    one = load(changed(tmp_path, **LINEAR))
+    result = bring_up(one, angle=1.3)
+    assert missed(result) == []
+    for record in (result.found.swings, result.move[0]):
+        assert np.abs(record.counts).max() * one.resolution < one.travel / 2
+
+
+def test_identification__follows_the_plant_not_the_file():
+    """The file is wrong in all that is identified: a motor of other values is connected."""
+    one = load(FILE)
+    motor = replace(one.motor, R=1.1, L_d=2.1e-3, L_q=2.6e-3, psi=0.031)
+    wired = replace(one, motor=motor, inertia=1.1e-4)
+    found = identify(Bench(one, 0.4, wired=wired))
+    assert found.R == pytest.approx(1.1, rel=0.05)
+    assert found.L_d == pytest.approx(2.1e-3, rel=0.05)
+    assert found.L_q == pytest.approx(2.6e-3, rel=0.05)
+    assert found.psi == pytest.approx(0.031, rel=0.03)
+    assert found.inertia == pytest.approx(1.1e-4, rel=0.1)
+
+
+def test_alignment__wrong_pole_pairs_stop_it():
+    one = load(FILE)
+    wired = replace(one, motor=replace(one.motor, pole=one.motor.pole * 4 / 5))
+    with pytest.raises(BringUpError, match="correct pole_pairs or encoder_counts"):
+        identify(Bench(one, 0.4, wired=wired))
+
+
+def test_start_up__a_blocked_motor_stops_it():
+    one = load(FILE)
+    wired = replace(one, inertia=1e3)
+    with pytest.raises(BringUpError, match="moved the encoder by .* counts.*closed brake"):
+        identify(Bench(one, 0.4, wired=wired))
+
+
+def test_crossover__makes_the_bandwidth_of_the_model():
+    for bandwidth in (500.0, 4000.0, 9000.0):
+        s = 2j * math.pi * bandwidth
+        loop = current_crossover(bandwidth) / s * np.exp(-s * 1.5e-5)
+        assert abs(loop / (1 + loop)) == pytest.approx(math.sqrt(0.5), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("keys", "text"),
+    [
+        ({"R": None}, r"R: missing; add a line R = \.\.\. in ohm"),
+        ({"type": '"stepper"'}, r"type = 'stepper'; write type = \"rotary\""),
+        ({"Rs": "1.0"}, r"Rs: unknown key; did you mean 'R'|Rs: unknown key; the keys are"),
+        ({"indutance": "1.0"}, "indutance: unknown key"),
+        ({"travel": "0.3"}, "travel: a rotary motor has none; remove the line"),
+        ({"R": '"1"'}, "R = '1': is no number; write R = 1.5, in ohm"),
+        ({"R": "-1.0"}, r"R = -1 ohm .*: must be within 0.01 \.\. 100 ohm"),
+        ({"R": "nan"}, "R = nan ohm"),
+        ({"R": "4.0"}, "rated current needs 32 V of the 27.7 V"),
+        ({"L_d": "1e-4", "L_q": "1e-4", "rated_current": "1.0"}, "makes a ripple of 0.6 A"),
+        ({"L_q": None}, "L: missing; enter one of L, L_q"),
+        ({"L": "1e-3"}, "L_d: has L and L_d; enter one of L, L_d"),
+        ({"flux": "0.02"}, "torque_constant: has flux and torque_constant"),
+        ({"pole_pairs": "2.5"}, "must be a whole number"),
+        ({"encoder_counts": "400"}, "only 100 counts of an electrical turn; at least 200"),
+        ({"velocity_bandwidth": "200", "current_bandwidth": "1500"}, "must be <= 150"),
+        ({"current_bandwidth": "20000"}, r"must be within 500 \.\. 9000 Hz"),
+        ({"friction": "0.5"}, "static friction"),
+        ({"current_range": "9.0"}, "axes trip at 1.3 of the rated current"),
+        ({"L_q": "6e-3"}, "must be within 3 times"),
+    ],
+)
+def test_file__wrong__names_file_line_cause_and_cure(tmp_path, keys, text):
+    file = changed(tmp_path, **keys)
+    with pytest.raises(MotorFileError, match=text) as refused:
+        load(file)
+    assert re.match(rf"{re.escape(str(file))}:\d+: error: ", str(refused.value))
+
+
+def test_file__line_is_that_of_the_key(tmp_path):
+    file = changed(tmp_path, R="1e9")
+    number = file.read_text().splitlines().index("R = 1e9") + 1
+    with pytest.raises(MotorFileError, match=rf"motor\.toml:{number}: error: R "):
+        load(file)
+
+
+def test_command__writes_results_page_and_programs(tmp_path, capsys):
+    results = tmp_path / "motor.json"
+    assert main([str(FILE), "--results", str(results)]) == 0
+    found = json.loads(results.read_text())
+    assert found["identified"]["R"]["found"] == pytest.approx(0.8, rel=0.05)
+    assert found["current_loop"]["bandwidth_hz"] >= 3000
+    assert all(goal["met"] for goal in found["goals"])
+    assert (tmp_path / "motor.html").read_text().count("<figure") == 5
+    assert {path.stem for path in (tmp_path / "motor").glob("*.s")} == {
+        "current_loop",
+        "velocity_loop",
+    }
+    assert "flux" in capsys.readouterr().out
+
+
+def test_command__a_wrong_file_or_option__ends_with_an_error(tmp_path, capsys):
+    assert main([str(changed(tmp_path, R=None))]) == 1
+    assert "R: missing" in capsys.readouterr().out
+    with pytest.raises(SystemExit) as stop:
+        main([str(FILE), "--loops"])
+    assert stop.value.code == 2
+
+
+def test_bench__step_of_voltage_at_a_locked_rotor__is_the_closed_form():
+    """Without dead time and drops, along the magnets: i = u / R (1 - exp(-t R / L_d))."""
+    ideal = {"dead_time": 0.0, "delay_on": 0.0, "delay_off": 0.0, "drop": 0.0}
+    one = replace(load(FILE), inertia=1e6, drop_resistance=0.0, **ideal)
+    bench = Bench(one, angle=0.0)
+    bench.start_up()
+    bench.measure_offsets()
+    rest = 10
+    volts = np.r_[np.zeros(rest), np.full(600, 3.0)]
+    seen = bench.run(bench.orders(len(volts), u_alpha=volts))
+    motor, period = one.motor, one.setting().period
+    # The voltage of a run begins with the next half period; currents are of the window's middle.
+    t = period * (np.arange(len(volts)) - rest - 1) + MIDDLE * CLOCK
+    volt = seen.u_alpha[-1]  # in whole clocks of the compare values
+    expected = volt / motor.R * -np.expm1(-np.maximum(t, 0) * motor.R / motor.L_d)
+    assert np.abs(seen.alpha / (1 + GAIN_ERROR) - expected).max() < 0.02
+    assert np.abs(seen.u_alpha[rest:] - 3.0).max() < 0.05
+
+
+def test_bench__the_record_has_the_sensors_errors_and_whole_counts(rotary):
+    counts = rotary.found.swings.counts
+    assert (counts == np.round(counts)).all()
+    one = load(FILE)
+    bench = Bench(one)
+    bench.start_up()
+    bench.measure_offsets()
+    assert bench.zeros == pytest.approx(np.array([OFFSET, -OFFSET]) * 2**17, abs=3)
+
+
+@pytest.mark.parametrize("name", ["start up", "current loop", "velocity loop"])
+def test_program__bits_on_the_core_are_those_of_the_bench(name, rotary, tmp_path):
+    one, found, tuned = rotary.one, rotary.found, rotary.tuned
+    laws = {
+        "start up": lambda: compile_law(start_up_law(one, one.setting()), OPTIONS),
+        "current loop": lambda: current_program(one, found.motor(one.motor), tuned.crossover),
+        "velocity loop": lambda: velocity_program(tuned),
+    }
+    built = build(laws[name](), tmp_path / "loop.s")
+    proof = prove(built.compiled, built.image, count=200)
+    assert proof.passed, proof
+
+
+@pytest.mark.parametrize("number", [2, 19])
+def test_random_motors__every_goal_is_met(number, tmp_path):
+    """A slow one at 560 V, a fast one at 48 V."""
+    *_, (_, one) = motors(tmp_path, number)
+    assert missed(bring_up(one, angle=0.3 * number)) == []
+
+
+@pytest.mark.full
+def test_random_motors__goals_of_the_campaign(tmp_path):
+    rows = list(goals(campaign(tmp_path, print)))
+    assert [f"{row.name}: {row.value} {row.note}" for row in rows if not row.met] == []
+
+
+def test_campaign__a_motor_that_stops_or_is_off_is_missed():
+    row = {"R": 6.0, "L_d": 1.0, "L_q": 1.0, "flux": 1.0, "inertia": 1.0, "friction": 0.1}
+    row |= {"without motion": 1.0, "with motion": 0.1, "moved": 1.0, "bandwidth": 2900.0}
+    row |= {"margin": 60.0, "share": 1.0, "velocity share": 1.0, "velocity margin": 60.0}
+    found = {"a.toml": row, "b.toml": "b.toml: it stopped"}
+    wrong = [goal.name.partition(": ")[2] for goal in goals(found) if not goal.met]
+    assert wrong == [
+        "bring-up stopped",
+        "R, identified from the start-up",
+        "current loop by injection, -3 dB",
+    ]
+
+
+def test_page__has_the_shipped_file_and_every_key():
+    page = ROOT / "docs/drive.md"
+    (block,) = [block for block in code_blocks(page) if block.title == "my_motor.toml"]
+    assert block.text == TEXT
+    text = page.read_text(encoding="utf-8")
+    assert [name for name in KEYS if f"`{name}`" not in text] == []
