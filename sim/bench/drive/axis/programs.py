@@ -24,7 +24,7 @@ from sim.rtl.build import machine_flag
 
 @dataclass(frozen=True)
 class Program:
-    """A compiled law as a function of the bench; first: its states before the first run, names: theirs."""
+    """A compiled law as a function of the bench; first: its states, named, before the first run."""
 
     tick: ctypes.c_void_p
     first: NDArray[np.float32]
