@@ -2,11 +2,11 @@
 """Speeds from the time between counts: the encoders' stamps, and the law's use of them.
 
 At a count the place of an axis is exact, half a count beside the number that the decoder shows.
-The error there is e + s q/2 - age (v_d - age a_d/2), s the direction of the count; e_v is the
-difference of two such errors over the time between them, at least half a tick (the M/T method
-[T. Ohmae, T. Matsuda, K. Kamiyama, M. Tachikawa, IEEE Trans. Ind. Electron. 29(3), 1982], on errors
-instead of positions, so that a motion as desired is no error at any age). Without a new count e_v
-stays, within q/age of what the desired speed would make of a machine at rest.
+e_v is the way that desired speed and acceleration make between two counts, at least half a tick
+apart, less the counts' own, over that time (the M/T method [T. Ohmae, T. Matsuda, K. Kamiyama,
+M. Tachikawa, IEEE Trans. Ind. Electron. 29(3), 1982], on errors, so that a motion as desired is none
+at any age; not on errors of position, which hold the rounding of the set-points). Without a new
+count e_v stays, within q/age of what the desired speed would make of a machine at rest.
 
 A stamp is that of rtl/drive/quadrature_time.sv: 2 age + 1 half clocks, negative if the count went
 down, 0 before the first one.
@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,43 +40,65 @@ class Stamps:
     """What the law keeps of the five axes from tick to tick."""
 
     def __init__(self, robot: Robot) -> None:
-        self._q, self._clock = robot.resolution, clock_of(robot)
+        self._q, self._clock, self._period = robot.resolution, clock_of(robot), robot.T_s
         self._ticking = 2.0 * round(self._clock * robot.T_s)
         self.since = [LONG_AGO] * AXES
-        self.place, self.slip = [0.0] * AXES, [0.0] * AXES
+        self.place: list[float] | None = None
+        self.ahead, self.slip, self.apart = ([0.0] * AXES for _ in range(3))
 
     def errors(
-        self, stamps: Sequence[int], e: Floats, v_d: Floats, a_d: Floats
+        self, counts: Sequence[int], stamps: Sequence[int], v_d: Floats, a_d: Floats
     ) -> tuple[float, ...]:
-        """e_v of the five axes [m/s, rad/s] in a tick; stamps: half clocks; e, v_d, a_d: errors,
-        desired speeds and accelerations of the axes."""
+        """e_v of the five axes [m/s, rad/s] in a tick; stamps: half clocks; v_d, a_d: desired
+        speeds and accelerations of the axes."""
+        period = self._period
+        place = self.place = self.place or [float(n) for n in counts]
         for n in range(AXES):
             age, way = abs(stamps[n]), (stamps[n] > 0) - (stamps[n] < 0)
             far = self.since[n] + self._ticking
             apart, young = far - age, age < self._ticking
             late = age / (2.0 * self._clock)
+            run = self.ahead[n] + period * (v_d[n] - period * a_d[n] / 2)
             if way and young and apart >= self._ticking / 2:
-                at = e[n] + way * self._q[n] / 2 - late * (v_d[n] - late * a_d[n] / 2)
-                self.slip[n] = (at - self.place[n]) * (2.0 * self._clock / apart)
-                self.place[n], self.since[n] = at, float(age)
+                at, part = counts[n] - way / 2, late * (v_d[n] - late * a_d[n] / 2)
+                moved = run - part - self._q[n] * (at - place[n])
+                self.slip[n] = moved * (2.0 * self._clock / apart)
+                place[n], self.ahead[n], self.since[n] = at, part, float(age)
+                self.apart[n] = apart / (2.0 * self._clock)
             else:
                 most = self._q[n] * 2.0 * self._clock / (1.0 if young else age)
                 self.slip[n] = min(max(self.slip[n], v_d[n] - most), v_d[n] + most)
-                self.since[n] = min(far, LONG_AGO)
+                self.ahead[n], self.since[n], self.apart[n] = run, min(far, LONG_AGO), 0.0
         return tuple(self.slip)
+
+
+@dataclass(frozen=True)
+class Stamped:
+    """A recorded path, each (N, 5): e_v; time between the counts that it was taken at [s], 0 where
+    it stayed; way desired since the last count."""
+
+    slip: NDArray[np.float64]
+    apart: NDArray[np.float64]
+    ahead: NDArray[np.float64]
 
 
 def slips(
     robot: Robot,
-    stamps: NDArray[np.integer],
-    e: NDArray[np.float64],
+    counts: NDArray[np.integer],
     v_d: NDArray[np.float64],
     a_d: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """e_v (N, 5) over a recorded path from the start state; arguments (N, 5) as `Stamps.errors`."""
+) -> Stamped:
+    """Over a recorded path from the start state. counts: with stamps (N, 10); others (N, 5)."""
     law = Stamps(robot)
-    rows = zip(stamps.tolist(), e.tolist(), v_d.tolist(), a_d.tolist(), strict=True)
-    return np.array([law.errors(*row) for row in rows]).reshape(len(e), AXES)
+    rows = []
+    for seen, speed, change in zip(counts.tolist(), v_d.tolist(), a_d.tolist(), strict=True):
+        rows.append(
+            (
+                law.errors(seen[:AXES], seen[AXES:], speed, change),
+                *map(tuple, (law.apart, law.ahead)),
+            )
+        )
+    return Stamped(*np.array(rows).reshape(len(counts), 3, AXES).transpose(1, 0, 2))
 
 
 class StampedPlant(Plant):

@@ -71,7 +71,9 @@ class Tracking:
 
         e = tuple(d - p for d, p in zip(position_d, position, strict=True))
         if self._stamps is not None:
-            found = self._stamps.errors([int(n) for n in stamps], e, velocity_d, acceleration_d)
+            found = self._stamps.errors(
+                counts, [int(n) for n in stamps], velocity_d, acceleration_d
+            )
             velocity = tuple(d - slip for d, slip in zip(velocity_d, found, strict=True))
         e_v = tuple(d - v for d, v in zip(velocity_d, velocity, strict=True))
         s_c = tuple(
@@ -141,8 +143,8 @@ def run(
     the tick if the measured legs meet nowhere.
     """
     checked_speed(speed)
-    counts = checked_counts(counts, len(path), 10 if speed == "stamps" else 5)
-    stamps, counts = counts[:, 5:], counts[:, :5]
+    all_counts = checked_counts(counts, len(path), 10 if speed == "stamps" else 5)
+    counts = all_counts[:, :5]
     position_d, velocity_d, acceleration_d = joint_path(robot, path)
     position = np.array(robot.resolution) * counts
     legs = position[:, :3]
@@ -167,7 +169,7 @@ def run(
         velocity, known = states.speed, acceleration_d - states.taken_off
     elif speed == "stamps":
         known = acceleration_d
-        velocity = velocity_d - slips(robot, stamps, e, velocity_d, acceleration_d)
+        velocity = velocity_d - slips(robot, all_counts, velocity_d, acceleration_d).slip
     else:
         velocity, known = np.zeros_like(position), acceleration_d
         velocity[1:] = np.diff(position, axis=0) / robot.T_s

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from sim.robot.observer import gains, observed
 from sim.robot.parameters import Robot
 from sim.robot.records import SetPoints, TrackingResult
+from sim.robot.stamps import slips
 
 U = 2.0**-24
 GRID = 2.0**-11  # of the optimised program's number grid [m]
@@ -82,7 +83,7 @@ def bounds(
     terms = terms + k_i * np.abs(reference.s_c)
     inner = acceleration + k_p * e + k_v * e_v + k_i * s_c + 6 * U * terms
     if counts is not None and counts.shape[1] > 5:
-        inner = inner - k_v * e_v + k_v * _stamped(robot, reference, e, velocity)
+        inner = inner - k_v * e_v + k_v * _stamped(robot, reference, counts, velocity)
     elif counts is not None:
         off = _observer(robot, reference, counts, inner, terms)
         inner, terms = inner + off.error, terms + off.size
@@ -100,23 +101,29 @@ def bounds(
 
 
 def _stamped(
-    robot: Robot, reference: TrackingResult, e: FloatArray, velocity: FloatArray
+    robot: Robot, reference: TrackingResult, counts: NDArray[np.integer], velocity: FloatArray
 ) -> FloatArray:
-    """Error of e_v, (N, 5): half clocks are exact, so both take the same counts.
+    """Error of e_v, (N, 5): half clocks and counts are exact, so both take the same counts.
 
-    The error at a count: that of e, of v_d and a_d over a tick at most, and u of its four parts
-    three times. Two of them lie at least half a tick apart; quotient and product 3u more. What
-    stays between the bounds around v_d has those of v_d and 3u of them, or the error of the last
-    count's e_v: the largest so far.
+    The way of a tick, and that since a count: those of v_d, 4u of the parts. The way since the last
+    count: those of its ticks and u of each sum; of the whole 2u of its three parts, over the time
+    between the counts, and 3u of e_v. What stays has its own, or that of v_d and 3u of the limits.
     """
-    period, half = robot.T_s, np.array(robot.resolution) / 2
-    v_d, a_d = np.abs(reference.velocity_d), np.abs(reference.acceleration_d)
-    parts = np.abs(reference.e) + half + period * v_d + period**2 * a_d
-    at = e + period * velocity + 6 * U * parts
-    e_v = np.abs(reference.e_v)
-    error = 4 * np.maximum.accumulate(at, axis=0) / period + 3 * U * e_v
-    error += velocity + 6 * U * (v_d + e_v)
-    return np.maximum.accumulate(error, axis=0)
+    period, v_d = robot.T_s, np.abs(reference.velocity_d)
+    found = slips(robot, counts, reference.velocity_d, reference.acceleration_d)
+    size = period * v_d + period**2 * np.abs(reference.acceleration_d)
+    step, slip = period * velocity + 4 * U * size, np.abs(found.slip)
+    before = np.abs(np.vstack((np.zeros(5), found.ahead[:-1])))
+    way, error, rows = np.zeros(5), np.zeros(5), []
+    for t, apart in enumerate(found.apart):
+        run = way + step[t] + U * (before[t] + size[t])
+        parts = 2 * (before[t] + 2 * size[t]) + slip[t] * apart
+        fresh = (run + step[t] + 2 * U * parts) / np.where(apart > 0, apart, 1.0) + 3 * U * slip[t]
+        stays = np.maximum(error, velocity[t] + 3 * U * (v_d[t] + slip[t]))
+        error = np.where(apart > 0, fresh, stays)
+        way = np.where(apart > 0, step[t], run)
+        rows.append(error + 2 * U * (v_d[t] + slip[t]))
+    return np.array(rows)
 
 
 # ---------------------------------------------------------------- observers
