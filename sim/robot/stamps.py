@@ -4,9 +4,9 @@
 At a count the place of an axis is exact, half a count beside the number that the decoder shows.
 e_v is the way that desired speed and acceleration make between two counts, at least half a tick
 apart, less the counts' own, over that time (the M/T method [T. Ohmae, T. Matsuda, K. Kamiyama,
-M. Tachikawa, IEEE Trans. Ind. Electron. 29(3), 1982], on errors, so that a motion as desired is none
-at any age; not on errors of position, which hold the rounding of the set-points). Without a new
-count e_v stays, within q/age of what the desired speed would make of a machine at rest.
+M. Tachikawa, IEEE Trans. Ind. Electron. 29(3), 1982], on errors, so that a motion as desired is
+none at any age; not on errors of position, which hold the rounding of the set-points). Without a
+new count e_v stays, within q/age of what the desired speed would make of a machine at rest.
 
 A stamp is that of rtl/drive/quadrature_time.sv: 2 age + 1 half clocks, negative if the count went
 down, 0 before the first one.
@@ -58,6 +58,8 @@ class Stamps:
             far = self.since[n] + self._ticking
             apart, young = far - age, age < self._ticking
             late = age / (2.0 * self._clock)
+            if self.since[n] >= LONG_AGO:  # at the start, or nobody knows how long ago
+                place[n] = counts[n] - way / 2
             run = self.ahead[n] + period * (v_d[n] - period * a_d[n] / 2)
             if way and young and apart >= self._ticking / 2:
                 at, part = counts[n] - way / 2, late * (v_d[n] - late * a_d[n] / 2)

@@ -72,7 +72,7 @@ class Tracking:
         e = tuple(d - p for d, p in zip(position_d, position, strict=True))
         if self._stamps is not None:
             found = self._stamps.errors(
-                counts, [int(n) for n in stamps], velocity_d, acceleration_d
+                [int(n) for n in counts], [int(n) for n in stamps], velocity_d, acceleration_d
             )
             velocity = tuple(d - slip for d, slip in zip(velocity_d, found, strict=True))
         e_v = tuple(d - v for d, v in zip(velocity_d, velocity, strict=True))
