@@ -41,6 +41,7 @@ AXIS = "drive_axis"
 BLOCKS = (
     *(
         "quadrature_decoder",
+        "quadrature_time",
         "biss_master",
         "biss_port",
         "sinc3_timing",
