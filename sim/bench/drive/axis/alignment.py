@@ -104,11 +104,12 @@ def _fitted(bench: Bench, loop: SafeLoop, length: int) -> tuple[float, float, fl
     """Angle at count 0 [rad], size of the sine, largest distance from it, largest way [counts]."""
     per_count = bench.one.motor.wave * bench.one.resolution
     directions = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
-    # An opposite direction after each: the rotor stays where it is.
+    # An opposite direction after each: what cogging and friction add is the same for both.
     sequence = [d + turn for d in directions[: DIRECTIONS // 2] for turn in (0.0, np.pi)]
     moves, at, largest = np.array([_doublet(bench, loop, d, length) for d in sequence]).T
-    angles = np.array(sequence) - per_count * at
-    basis = np.stack([np.cos(angles), np.sin(angles), np.ones(DIRECTIONS)], axis=1)
+    angles = directions[: DIRECTIONS // 2] - per_count * (at[::2] + at[1::2]) / 2
+    moves = (moves[::2] - moves[1::2]) / 2
+    basis = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     fit, *_ = np.linalg.lstsq(basis, moves, rcond=None)
     # moves = size * sin(direction - angle)
     angle, size = wrapped(np.arctan2(-fit[0], fit[1])), float(np.hypot(*fit[:2]))
