@@ -59,7 +59,7 @@ TOOL_TARGETS := nios-toolchain nios-gdb qemu rs274
 help: ## list targets and variables
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' Makefile
 	@echo "Everything else: .venv/bin/microtick --help (after make setup)"
-	@echo "Variables: GCODE=$(GCODE)  ROBOT=$(ROBOT)  OUTPUT=$(OUTPUT) (folder)  TICKS=$(TICKS) (only the first)  FROM=$(FROM) (line to begin at)  SECONDS=$(SECONDS) (a:b, that part of the motion)  OVERRIDE=$(OVERRIDE) (of the feeds, percent)  TOOLS=$(TOOLS) (tool table)  PLATFORMS=$(PLATFORMS) (fpga1,fpga2,fpga3)  SPEED=$(SPEED) (observer: that program too)"
+	@echo "Variables: GCODE=$(GCODE)  ROBOT=$(ROBOT)  OUTPUT=$(OUTPUT) (folder)  TICKS=$(TICKS) (only the first)  FROM=$(FROM) (line to begin at)  SECONDS=$(SECONDS) (a:b, that part of the motion)  OVERRIDE=$(OVERRIDE) (of the feeds, percent)  TOOLS=$(TOOLS) (tool table)  PLATFORMS=$(PLATFORMS) (fpga1,fpga2,fpga3)  SPEED=$(SPEED) (observer, stamps: that program too)"
 	@echo "  RUN=$(RUN) (full: every tick on FPGA1 and FPGA2; plan: path time and estimate only)  T=$(T) (test filter)  SEED=$(SEED)  JOBS=$(JOBS)  PROGRAMS=$(PROGRAMS) (folder of G-code for goals T=linuxcnc)"
 
 run: $(READY) ## the main job: track a path through RTL in closed loop (GCODE, ROBOT, OUTPUT, TICKS, FROM, SECONDS, OVERRIDE, PLATFORMS, SCOPE=1, SPEED=observer)

@@ -4,6 +4,7 @@
     python -m scripts.drive           minutes: short runs; rows that need long ones say so
     python -m scripts.drive --full    whole path, 2 s of every clock, 10^9 edges, place and route
     python -m scripts.drive --docs    write docs/drive.md from build/drive.json
+    python -m scripts.drive motor.toml    bring up the motor of that file alone, to build/motor.*
 
 Exit status: 0 if every goal is met, 1 if one is missed or not measured, 2 wrong command line.
 """
@@ -13,6 +14,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable, Sequence
+from importlib.util import find_spec
 from typing import Any
 
 from asip_asm.command import command
@@ -22,6 +24,7 @@ from scripts.generated import table
 from scripts.motion_size import area, speed
 from scripts.synth_unit import SynthesisError
 from sim.bench.drive.__main__ import main as simulate
+from sim.bench.drive.axis.campaign import rows as random_motors
 from sim.bench.drive.goals import FULL_RUN, Rows
 from sim.bench.drive.guards import campaign as campaign_of_guards
 from sim.laws.drive.clocks import CLOCK
@@ -30,6 +33,7 @@ from sim.report.goals import depth, markdown_table
 from sim.report.marks import between_marks
 from sim.robot.drives import Drives
 from sim.robot.parameters import Robot
+from sim.verbs import YOSYS, absent
 from tests.servo.axis_latency import latency
 from tests.servo.decoder_edges import campaign
 
@@ -37,6 +41,7 @@ AXIS = "drive_axis"
 BLOCKS = (
     *(
         "quadrature_decoder",
+        "quadrature_time",
         "biss_master",
         "biss_port",
         "sinc3_timing",
@@ -131,9 +136,15 @@ def hardware(
     rows.most(name, 1e6 * CLOCK * clocks, "us", LATENCY_US)
     proofs(rows, report)
     guards(robot, drives, rows, report)
+    rows += random_motors(report)
     decoder(full, rows, report)
     size(full, rows, report)
     return {"blocks": blocks(full, report)}
+
+
+def tools() -> str | None:
+    """What is wrong where the tools of the hardware are missing; one motor needs none of them."""
+    return None if find_spec(YOSYS) else absent(YOSYS, "make setup-synth")
 
 
 def block_table(rows: list[dict[str, Any]]) -> str:
@@ -178,7 +189,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         text = page_text(PAGE.read_text(encoding="utf-8"), results)
         write_text(PAGE, text)
         return 0
-    return simulate(arguments, "python -m scripts.drive", hardware)
+    return simulate(arguments, "python -m scripts.drive", hardware, tools)
 
 
 if __name__ == "__main__":

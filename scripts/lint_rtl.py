@@ -113,7 +113,7 @@ TOPS = (
     Top(
         "drive_front_end",
         (DRIVE,),
-        ("", "Axes=1", "Axes=8 FastRate=16"),
+        ("", "Axes=1", "Axes=8 FastRate=16 EdgeStamps=1"),
     ),
     Top("ethercat_slave", ("rtl/ethercat/ethercat.f",)),
     Top("mii_to_rgmii", ("rtl/ethercat/mii_to_rgmii.sv",)),

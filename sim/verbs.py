@@ -125,7 +125,7 @@ OF_A_CHECKOUT: dict[str, dict[str, Verb]] = {
     "measurements (in a checkout)": {
         "goals": Verb("measure goals of one area", "scripts.goals:main", needs=YOSYS),
         "motion": Verb("measure the motion front-end, on one page", "sim.bench.motion.show:main"),
-        "drive": Verb("measure the motor drives in closed loop", "scripts.drive:main", needs=YOSYS),
+        "drive": Verb("bring up one motor, or measure the motor drives", "scripts.drive:main"),
         "bus": Verb("measure the EtherCAT-compatible slave", "scripts.bus:main", needs=YOSYS),
         "silicon": Verb(
             "compare netlists with RTL; boards and clocks", "scripts.silicon:main", needs=YOSYS

@@ -7,4 +7,5 @@
 .program  "tracking, observer of speed"
 .interface "tracking_observer.interface.toml"
 .const    observer = 1
+.const    stamps = 0
 .include  "tracking_law.inc"

@@ -18,4 +18,5 @@
 .program  "tracking, optimised"
 .interface "tracking_optimised.interface.toml"
 .const    observer = 0
+.const    stamps = 0
 .include  "tracking_law.inc"

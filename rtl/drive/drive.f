@@ -1,6 +1,7 @@
 rtl/gen/asip_regmap_pkg.sv
 rtl/gen/drive_regmap_pkg.sv
 rtl/drive/quadrature_decoder.sv
+rtl/drive/quadrature_time.sv
 rtl/drive/sinc3_timing.sv
 rtl/drive/sinc3_filter.sv
 rtl/drive/current_sense.sv

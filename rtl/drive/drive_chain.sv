@@ -13,7 +13,8 @@ module drive_chain #(
     parameter int unsigned TrackingSlots      = 3,
     parameter int unsigned CurrentFmaPipes    = 1,
     parameter int unsigned CurrentSlots       = 1,
-    parameter int unsigned ThirdSensor        = 0
+    parameter int unsigned ThirdSensor        = 0,
+    parameter int unsigned EdgeStamps         = 0
 ) (
     input  logic               clk_i,
     input  logic               rst_ni,
@@ -145,7 +146,8 @@ module drive_chain #(
 
   drive_front_end #(
       .Axes       (Axes),
-      .ThirdSensor(ThirdSensor)
+      .ThirdSensor(ThirdSensor),
+      .EdgeStamps (EdgeStamps)
   ) u_front_end (
       .clk_i,
       .rst_ni,

@@ -15,7 +15,8 @@ module drive_front_end #(
     parameter int unsigned SlowRate      = 64,
     parameter int unsigned FastRate      = 8,
     parameter int unsigned LeastDeadTime = 12,
-    parameter int unsigned ThirdSensor   = 0    // 1: bit_c_i, for the sum of the currents
+    parameter int unsigned ThirdSensor   = 0,   // 1: bit_c_i, for the sum of the currents
+    parameter int unsigned EdgeStamps    = 0    // 1: STAMP and STAMP_POSITION
 ) (
     input  logic              clk_i,
     input  logic              rst_ni,
@@ -104,6 +105,8 @@ module drive_front_end #(
   logic signed [22:0] sample;
   logic [Axes-1:0] trip, illegal, index, over, unused_over, clear;
   logic [32*Axes-1:0] position, index_position, edge_time, current_a, current_b;
+  logic [32*Axes-1:0] stamp, stamp_position;
+  logic stamp_sample;
   logic [8*Axes-1:0] illegal_count;
   logic signed [22:0] samples_q[0:Samples-1];
 
@@ -113,6 +116,7 @@ module drive_front_end #(
   assign compare_write  = write_i && register_index == drive_regmap_pkg::REG_COMPARE && !enable_q;
   assign compare_commit = compare_write && writedata_i[drive_regmap_pkg::COMPARE_COMMIT_LSB];
   assign link_clear     = control_write && writedata_i[drive_regmap_pkg::CONTROL_LINK_LSB];
+  assign stamp_sample   = control_write && writedata_i[drive_regmap_pkg::CONTROL_STAMP_LSB];
   assign clear          = control_write
                           ? writedata_i[drive_regmap_pkg::CONTROL_CLEAR_LSB+:Axes] : '0;
 
@@ -221,6 +225,7 @@ module drive_front_end #(
     config_word[drive_regmap_pkg::CONFIG_FAST_LOG2_LSB+:4]       = 4'($clog2(FastRate));
     config_word[drive_regmap_pkg::CONFIG_SLOW_LOG2_LSB+:4]       = 4'($clog2(SlowRate));
     config_word[drive_regmap_pkg::CONFIG_THIRD_SENSOR_LSB]       = ThirdSensor != 0;
+    config_word[drive_regmap_pkg::CONFIG_EDGE_STAMPS_LSB]        = EdgeStamps != 0;
     config_word[drive_regmap_pkg::CONFIG_LEAST_DEAD_TIME_LSB+:8] = 8'(LeastDeadTime);
     status_word[drive_regmap_pkg::STATUS_TRIP_LSB+:8]            = 8'(trip);
     status_word[drive_regmap_pkg::STATUS_ILLEGAL_LSB+:8]         = 8'(illegal);
@@ -276,6 +281,8 @@ module drive_front_end #(
                   32'(follow_voltage_q[(Width+2)*i+:Width+2]))
           | shown(reads[drive_regmap_pkg::REG_CURRENT_A + Index'(i)], current_a[32*i+:32])
           | shown(reads[drive_regmap_pkg::REG_CURRENT_B + Index'(i)], current_b[32*i+:32])
+          | shown(reads[drive_regmap_pkg::REG_STAMP + Index'(i)], stamp[32*i+:32])
+          | shown(reads[drive_regmap_pkg::REG_STAMP_POSITION + Index'(i)], stamp_position[32*i+:32])
           | shown(reads[drive_regmap_pkg::REG_ILLEGAL + Index'(i)], {24'd0, illegal_count[8*i+:8]});
     // verilog_format: on
   end
@@ -386,6 +393,22 @@ module drive_front_end #(
           .high_o          (high_o[3*axis+:3]),
           .low_o           (low_o[3*axis+:3])
       );
+
+      if (EdgeStamps != 0) begin : gen_stamp
+        quadrature_time u_time (
+            .clk_i,
+            .rst_ni,
+            .position_i(position[32*axis+:32]),
+            .sample_i  (stamp_sample),
+            .position_o(stamp_position[32*axis+:32]),
+            .stamp_o   (stamp[32*axis+:32])
+        );
+      end else begin : gen_no_stamp
+        logic unused_sample;
+        assign unused_sample               = stamp_sample;
+        assign stamp_position[32*axis+:32] = '0;
+        assign stamp[32*axis+:32]          = '0;
+      end
 
       assign current_a[32*axis+:32] = {{9{samples_q[4*axis+1][22]}}, samples_q[4*axis+1]};
       assign current_b[32*axis+:32] = {{9{samples_q[4*axis+2][22]}}, samples_q[4*axis+2]};

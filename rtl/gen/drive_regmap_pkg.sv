@@ -40,6 +40,8 @@ package drive_regmap_pkg;
   localparam logic [6:0] REG_PLAUSIBLE = 7'h4b;
   localparam logic [6:0] REG_PLAUSIBLE_VOLTAGE = 7'h50;
   localparam logic [6:0] REG_INDEX_DISTANCE = 7'h58;
+  localparam logic [6:0] REG_STAMP = 7'h60;
+  localparam logic [6:0] REG_STAMP_POSITION = 7'h68;
 
   // Reset values.
   localparam logic [31:0] RESET_ID = 32'h44525631;
@@ -71,12 +73,16 @@ package drive_regmap_pkg;
   localparam int unsigned CONFIG_SLOW_LOG2_WIDTH = 4;
   localparam int unsigned CONFIG_THIRD_SENSOR_LSB = 20;
   localparam int unsigned CONFIG_THIRD_SENSOR_WIDTH = 1;
+  localparam int unsigned CONFIG_EDGE_STAMPS_LSB = 21;
+  localparam int unsigned CONFIG_EDGE_STAMPS_WIDTH = 1;
   localparam int unsigned CONFIG_LEAST_DEAD_TIME_LSB = 24;
   localparam int unsigned CONFIG_LEAST_DEAD_TIME_WIDTH = 8;
   localparam int unsigned CONTROL_CLEAR_LSB = 0;
   localparam int unsigned CONTROL_CLEAR_WIDTH = 8;
   localparam int unsigned CONTROL_LINK_LSB = 8;
   localparam int unsigned CONTROL_LINK_WIDTH = 1;
+  localparam int unsigned CONTROL_STAMP_LSB = 9;
+  localparam int unsigned CONTROL_STAMP_WIDTH = 1;
   localparam int unsigned STATUS_TRIP_LSB = 0;
   localparam int unsigned STATUS_TRIP_WIDTH = 8;
   localparam int unsigned STATUS_ILLEGAL_LSB = 8;

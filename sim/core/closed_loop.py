@@ -21,7 +21,8 @@ SETTLED_S = 0.05  # tracking is judged from here on [s]
 
 @dataclass(frozen=True)
 class Recording:
-    """Run of N ticks: counts (N, 5) seen, exact joints (N, 5) and tool (N, 3) at them, results."""
+    """Run of N ticks: counts (N, 5) seen, with stamps (N, 10), exact joints (N, 5) and tool (N, 3)
+    at them, results."""
 
     counts: NDArray[np.int32]
     joints: NDArray[np.float64]
@@ -96,10 +97,10 @@ def run(
     drives = plant is not None
     if plant is None:
         plant = Plant(robot, tuple(path.position[0]), tuple(path.table_position[0]))
-    counts = np.empty((n, 5), dtype=np.int32)
     joints, tool = np.empty((n, 5)), np.empty((n, 3))
     parts = []
     seen = plant.counts()
+    counts = np.empty((n, len(seen)), dtype=np.int32)
     controller.prime(words[0], seen)
     for tick in range(n):
         counts[tick] = seen

@@ -25,6 +25,7 @@ from sim.robot.records import (
     MEASURED_STATES,
     OUTPUTS,
     SET_POINTS,
+    STAMPS,
     Counts,
     Floats,
 )
@@ -69,10 +70,19 @@ class AsipController:
         reads = self.core.output_addresses(OUTPUTS) + self.core.export_addresses(self._exports)
         self._read = len(reads)
         reads += [register_address(image.registers[name]) for name in watched]
-        self._port = self.core.port(self.core.input_addresses([*SET_POINTS, *COUNTS]), reads)
+        has = {entry.name for entry in image.inputs}
+        self._measured = (*COUNTS, *(name for name in STAMPS if name in has))
+        self._port = self.core.port(
+            self.core.input_addresses([*SET_POINTS, *self._measured]), reads
+        )
         self._words = self._port.data[0, : len(SET_POINTS)].view(np.float32)
         self._counts = self._port.data[0, len(SET_POINTS) :].view(np.int32)
         self._results = self._port.words.view(np.float32)
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Words that a tick takes, in their order."""
+        return (*SET_POINTS, *self._measured)
 
     @property
     def tick(self) -> int:
@@ -95,7 +105,8 @@ class AsipController:
         self._program.ticks = 0
 
     def step(self, words: Floats, counts: Counts) -> LawTicks:
-        """One tick: 15 set-points (rounded to binary32 here) and five counts."""
+        """One tick: 15 set-points (rounded to binary32 here) and five counts; then five stamps for
+        a program that takes them."""
         self._words[:] = words
         self._counts[:] = counts
         try:
@@ -128,7 +139,7 @@ class AsipController:
 
     def batch(self, words: NDArray[np.floating], counts: NDArray[np.integer]) -> LawTicks:
         """Consecutive ticks, words (N, 15) and counts (N, 5). Raises ControllerFault."""
-        inputs = dict(zip((*SET_POINTS, *COUNTS), (*words.T, *counts.T), strict=True))
+        inputs = dict(zip((*SET_POINTS, *self._measured), (*words.T, *counts.T), strict=True))
         try:
             ticks = self._program.batch(inputs, self._exports)
         except (AsipError, CoreError, CoreFault) as error:

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from asip_asm.interface import program_interface
 from sim.robot.parameters import Robot
 
-SPEEDS = ("difference", "observer")
+SPEEDS = ("difference", "observer", "stamps")
 """Where the law takes the speed of an axis from; the first one is the paper's."""
 AXES = 5
 

@@ -17,7 +17,12 @@ Counts = Sequence[int] | NDArray[np.integer]
 
 TRACKING = program_interface("tracking")
 """Inputs and outputs of the tracking law, of every program that computes it."""
-TRACKING_PROGRAMS = ("tracking_as_printed", "tracking_optimised", "tracking_observer")
+TRACKING_PROGRAMS = (
+    "tracking_as_printed",
+    "tracking_optimised",
+    "tracking_observer",
+    "tracking_stamps",
+)
 MEASURED_STATES = frozenset(
     state.name
     for program in TRACKING_PROGRAMS
@@ -27,6 +32,8 @@ MEASURED_STATES = frozenset(
 """States of the programs that hold the last measurement; they start with the first one."""
 SET_POINTS = TRACKING.set_points
 COUNTS = TRACKING.measurements
+STAMPS = tuple(f"stamp{n}" for n in range(1, 6))
+"""Inputs of a program that takes speeds from time stamps, behind the counts."""
 OUTPUTS = tuple(signal.name for signal in TRACKING.outputs)
 POSITIONS = ("l1", "l2", "l3", "theta4", "theta5")
 VELOCITIES = ("v1", "v2", "v3", "omega4", "omega5")
@@ -117,11 +124,12 @@ class TrackingResult:
         raise KeyError(name)
 
 
-def checked_counts(counts: ArrayLike, ticks: int) -> NDArray[np.int32]:
-    """Encoder counts as int32 (ticks, 5); raises ValueError for another type, shape or range."""
+def checked_counts(counts: ArrayLike, ticks: int, columns: int = 5) -> NDArray[np.int32]:
+    """Encoder counts as int32 (ticks, 5), with stamps (ticks, 10); raises ValueError for another
+    type, shape or range."""
     counts = np.asarray(counts)
-    if counts.shape != (ticks, 5):
-        raise ValueError(f"counts have the shape {counts.shape}, must be {(ticks, 5)}")
+    if counts.shape != (ticks, columns):
+        raise ValueError(f"counts have the shape {counts.shape}, must be {(ticks, columns)}")
     if not np.issubdtype(counts.dtype, np.integer):
         raise ValueError(f"counts have the type {counts.dtype}, must be integers")
     limits = np.iinfo(np.int32)

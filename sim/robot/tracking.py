@@ -19,6 +19,7 @@ from sim.robot import dynamics, integrator, kinematics
 from sim.robot.observer import Observer, checked_speed, observed
 from sim.robot.parameters import Robot
 from sim.robot.records import Counts, Floats, SetPoints, TrackingResult, checked_counts
+from sim.robot.stamps import Stamps, slips
 
 
 class Tracking:
@@ -28,13 +29,15 @@ class Tracking:
         """Raises ValueError for an unknown speed."""
         self._robot = robot
         self._observer = Observer(robot) if checked_speed(speed) == "observer" else None
+        self._stamps = Stamps(robot) if speed == "stamps" else None
         self._integrators = [integrator.Integrator(robot, axis) for axis in range(5)]
         self._before: Sequence[int] | None = None
 
     def step(self, words: Floats, counts: Counts) -> TrackingResult:
         """One tick.
 
-        words: the 15 set-points in the order of `SetPoints`, SI units; counts: five encoder counts.
+        words: the 15 set-points in the order of `SetPoints`, SI units; counts: five encoder counts,
+        with stamps five of these more.
         Returns tuples of Python floats. Raises WorkspaceError if the measured legs meet nowhere.
         """
         robot = self._robot
@@ -49,12 +52,13 @@ class Tracking:
             *words[13:15],
         )
 
+        stamps, counts = counts[5:], counts[:5]
         before = counts if self._before is None else self._before
         self._before = tuple(counts)
         scale = robot.resolution
         position = tuple(q * int(n) for q, n in zip(scale, counts, strict=True))
         previous = tuple(q * int(n) for q, n in zip(scale, before, strict=True))
-        if self._observer is None:
+        if self._observer is None:  # with stamps, until e is known
             velocity = tuple((p - b) / robot.T_s for p, b in zip(position, previous, strict=True))
         else:
             moved = [int(n) - int(b) for n, b in zip(counts, before, strict=True)]
@@ -66,6 +70,9 @@ class Tracking:
         tool = (x, y, math.sqrt(z2))
 
         e = tuple(d - p for d, p in zip(position_d, position, strict=True))
+        if self._stamps is not None:
+            found = self._stamps.errors([int(n) for n in stamps], e, velocity_d, acceleration_d)
+            velocity = tuple(d - slip for d, slip in zip(velocity_d, found, strict=True))
         e_v = tuple(d - v for d, v in zip(velocity_d, velocity, strict=True))
         s_c = tuple(
             axis.step(error, v)
@@ -128,12 +135,14 @@ def run(
 ) -> TrackingResult:
     """The law over a recorded path from the start state.
 
-    path: N ticks of set-points; counts: encoder counts (N, 5), integers of 32 bits. Returns arrays.
+    path: N ticks of set-points; counts: encoder counts (N, 5), integers of 32 bits, with stamps
+    (N, 10). Returns arrays.
     Raises ValueError for counts of another shape or type or an unknown speed, WorkspaceError naming
     the tick if the measured legs meet nowhere.
     """
     checked_speed(speed)
-    counts = checked_counts(counts, len(path))
+    counts = checked_counts(counts, len(path), 10 if speed == "stamps" else 5)
+    stamps, counts = counts[:, 5:], counts[:, :5]
     position_d, velocity_d, acceleration_d = joint_path(robot, path)
     position = np.array(robot.resolution) * counts
     legs = position[:, :3]
@@ -156,6 +165,9 @@ def run(
         at_rest = acceleration_d + k_p * e + k_v * velocity_d + k_i * s_c
         states = observed(robot, counts, at_rest)
         velocity, known = states.speed, acceleration_d - states.taken_off
+    elif speed == "stamps":
+        known = acceleration_d
+        velocity = velocity_d - slips(robot, stamps, e, velocity_d, acceleration_d)
     else:
         velocity, known = np.zeros_like(position), acceleration_d
         velocity[1:] = np.diff(position, axis=0) / robot.T_s

@@ -12,13 +12,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from asip_asm.model.compiler import compile_law
+from asip_asm.model.program import build
 from asip_asm.project import ROOT
+from scripts.doc_blocks import code_blocks
 from sim.bench.drive.__main__ import main
-from sim.bench.drive.axis.bench import Bench, BringUpError
+from sim.bench.drive.averaged import MIDDLE
+from sim.bench.drive.axis.bench import Bench, BringUpError, current_program
+from sim.bench.drive.axis.campaign import campaign, goals
 from sim.bench.drive.axis.identify import identify
-from sim.bench.drive.axis.motor_file import MotorFileError, load
+from sim.bench.drive.axis.motor_file import GAIN_ERROR, KEYS, OFFSET, MotorFileError, load
+from sim.bench.drive.axis.random_motors import motors
 from sim.bench.drive.axis.result import Result, bring_up
-from sim.bench.drive.axis.tuning import current_crossover
+from sim.bench.drive.axis.tuning import current_crossover, velocity_program
+from sim.bench.drive.chain import OPTIONS
+from sim.laws.drive.clocks import CLOCK
+from sim.laws.drive.start_up_law import start_up_law
+from sim.laws.prove_program import prove
 
 FILE = ROOT / "sim/motor.toml"
 TEXT = FILE.read_text(encoding="utf-8")
@@ -168,3 +178,79 @@ def test_command__a_wrong_file_or_option__ends_with_an_error(tmp_path, capsys):
     with pytest.raises(SystemExit) as stop:
         main([str(FILE), "--loops"])
     assert stop.value.code == 2
+
+
+def test_bench__step_of_voltage_at_a_locked_rotor__is_the_closed_form():
+    """Without dead time and drops, along the magnets: i = u / R (1 - exp(-t R / L_d))."""
+    ideal = {"dead_time": 0.0, "delay_on": 0.0, "delay_off": 0.0, "drop": 0.0}
+    one = replace(load(FILE), inertia=1e6, drop_resistance=0.0, **ideal)
+    bench = Bench(one, angle=0.0)
+    bench.start_up()
+    bench.measure_offsets()
+    rest = 10
+    volts = np.r_[np.zeros(rest), np.full(600, 3.0)]
+    seen = bench.run(bench.orders(len(volts), u_alpha=volts))
+    motor, period = one.motor, one.setting().period
+    # The voltage of a run begins with the next half period; currents are of the window's middle.
+    t = period * (np.arange(len(volts)) - rest - 1) + MIDDLE * CLOCK
+    volt = seen.u_alpha[-1]  # in whole clocks of the compare values
+    expected = volt / motor.R * -np.expm1(-np.maximum(t, 0) * motor.R / motor.L_d)
+    assert np.abs(seen.alpha / (1 + GAIN_ERROR) - expected).max() < 0.02
+    assert np.abs(seen.u_alpha[rest:] - 3.0).max() < 0.05
+
+
+def test_bench__the_record_has_the_sensors_errors_and_whole_counts(rotary):
+    counts = rotary.found.swings.counts
+    assert (counts == np.round(counts)).all()
+    one = load(FILE)
+    bench = Bench(one)
+    bench.start_up()
+    bench.measure_offsets()
+    assert bench.zeros == pytest.approx(np.array([OFFSET, -OFFSET]) * 2**17, abs=3)
+
+
+@pytest.mark.parametrize("name", ["start up", "current loop", "velocity loop"])
+def test_program__bits_on_the_core_are_those_of_the_bench(name, rotary, tmp_path):
+    one, found, tuned = rotary.one, rotary.found, rotary.tuned
+    laws = {
+        "start up": lambda: compile_law(start_up_law(one, one.setting()), OPTIONS),
+        "current loop": lambda: current_program(one, found.motor(one.motor), tuned.crossover),
+        "velocity loop": lambda: velocity_program(tuned),
+    }
+    built = build(laws[name](), tmp_path / "loop.s")
+    proof = prove(built.compiled, built.image, count=200)
+    assert proof.passed, proof
+
+
+@pytest.mark.parametrize("number", [2, 19])
+def test_random_motors__every_goal_is_met(number, tmp_path):
+    """A slow one at 560 V, a fast one at 48 V."""
+    *_, (_, one) = motors(tmp_path, number)
+    assert missed(bring_up(one, angle=0.3 * number)) == []
+
+
+@pytest.mark.full
+def test_random_motors__goals_of_the_campaign(tmp_path):
+    rows = list(goals(campaign(tmp_path, print)))
+    assert [f"{row.name}: {row.value} {row.note}" for row in rows if not row.met] == []
+
+
+def test_campaign__a_motor_that_stops_or_is_off_is_missed():
+    row = {"R": 6.0, "L_d": 1.0, "L_q": 1.0, "flux": 1.0, "inertia": 1.0, "friction": 0.1}
+    row |= {"without motion": 1.0, "with motion": 0.1, "moved": 1.0, "bandwidth": 2900.0}
+    row |= {"margin": 60.0, "share": 1.0, "velocity share": 1.0, "velocity margin": 60.0}
+    found = {"a.toml": row, "b.toml": "b.toml: it stopped"}
+    wrong = [goal.name.partition(": ")[2] for goal in goals(found) if not goal.met]
+    assert wrong == [
+        "bring-up stopped",
+        "R, identified from the start-up",
+        "current loop by injection, -3 dB",
+    ]
+
+
+def test_page__has_the_shipped_file_and_every_key():
+    page = ROOT / "docs/drive.md"
+    (block,) = [block for block in code_blocks(page) if block.title == "my_motor.toml"]
+    assert block.text == TEXT
+    text = page.read_text(encoding="utf-8")
+    assert [name for name in KEYS if f"`{name}`" not in text] == []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Speeds from observers: their poles, what they estimate, the loop with them, their figures."""
+"""Speeds from observers and from time stamps: what they estimate, the loop with them, figures."""
 
 from __future__ import annotations
 
@@ -8,14 +8,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from asip_asm.assemble import assemble
 from sim.bench.drive.speed import delay, margin
+from sim.bench.run.bounds import bounds
+from sim.bench.run.random_robots import PROGRAMS
 from sim.core import closed_loop
 from sim.core.controller import LawController
+from sim.core.iss import run_path
 from sim.robot.errors import ripple
 from sim.robot.observer import Observer, gains
 from sim.robot.parameters import Robot
 from sim.robot.plant import Plant
-from sim.robot.records import SetPoints
+from sim.robot.records import OUTPUTS, SetPoints
+from sim.robot.stamps import LONG_AGO, StampedPlant, Stamps, clock_of, last_crossing
 from sim.robot.tracking import Tracking, run
 from tests.asip.tracking_path import reversing_path
 
@@ -81,7 +86,7 @@ def test_speed__unknown__is_refused(speed):
         lambda: Tracking(ROBOT, speed),
         lambda: run(ROBOT, *reversing_path(ROBOT, 2), speed),
     ):
-        with pytest.raises(ValueError, match="must be one of difference, observer"):
+        with pytest.raises(ValueError, match="must be one of difference, observer, stamps"):
             call()
 
 
@@ -143,3 +148,75 @@ def test_margin__of_differences__is_that_of_the_loop_in_continuous_time_less_its
     want = np.degrees(np.angle(-loop[last]))
     assert margin(ROBOT, 0, "difference") == pytest.approx(want, abs=1.0)
     assert 50 < margin(ROBOT, 0, "observer") < margin(ROBOT, 0, "difference")
+
+
+def stamped(path: SetPoints) -> closed_loop.Recording:
+    """The law with stamps in double precision over a path."""
+    plant = StampedPlant(ROBOT, tuple(path.position[0]), tuple(path.table_position[0]))
+    law = LawController(ROBOT, "stamps")
+    return closed_loop.run(ROBOT, path, law, lambda _: None, plant=plant)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_crossing__of_a_cubic__is_the_last_change_of_its_count(seed):
+    """Against the count in each of 100 000 moments of the tick."""
+    random = np.random.default_rng(seed)
+    p0, v0, p1, v1 = random.uniform(-3, 3, 4) * (1 + 5 * (seed % 2))
+    t = np.linspace(0, 1, 100_001)
+    c3, c2 = 2 * (p0 - p1) + v0 + v1, 3 * (p1 - p0) - 2 * v0 - v1
+    counts = np.floor(((c3 * t + c2) * t + v0) * t + p0 + 0.5)
+    changes = np.flatnonzero(np.diff(counts))
+    found = last_crossing(p0, v0, p1, v1)
+    if len(changes) == 0:
+        assert found is None
+    else:
+        last = changes[-1]
+        assert found == (pytest.approx(t[last + 1], abs=2e-5), np.sign(np.diff(counts)[last]))
+
+
+def test_stamps__of_the_plant__age_by_a_tick_without_a_count_and_begin_at_none():
+    plant = StampedPlant(ROBOT, ROBOT.start[:3])
+    assert plant.counts()[5:] == (0,) * 5
+    ticking = 2 * round(clock_of(ROBOT) * PERIOD)
+    assert plant._stamp(-7, 0.1, 0.0, 0.2, 0.0) == -7 - ticking
+    assert plant._stamp(LONG_AGO - 1, 0.1, 0.0, 0.2, 0.0) == LONG_AGO - 1
+    assert plant._stamp(0, 0.1, 0.0, 0.2, 0.0) == 0
+    half = plant._stamp(0, 0.0, 1.0, 1.0, 1.0)  # crosses 1/2 in the middle
+    assert half == pytest.approx(ticking / 2, abs=2) and half % 2 == 1
+
+
+def test_stamps__constant_slip__is_measured_without_its_counts():
+    """A leg that is 1 mm/s too slow, its counts 2.5 ticks apart: e_v is that at any time."""
+    law, q, speed = Stamps(ROBOT), ROBOT.resolution[0], 1e-3
+    clock = clock_of(ROBOT)
+    seen = []
+    for tick in range(1, 100):
+        place = speed * tick * PERIOD  # an edge at each odd half of a count
+        edge = (np.floor(place / q - 0.5) + 0.5) * q
+        age = (place - edge) / speed
+        stamp = 2 * int(age * clock) + 1 if edge > 0 else 0
+        count = np.floor(place / q + 0.5) * q
+        e = 2 * place - count  # the desired leg moves twice as fast
+        seen.append(law.errors([stamp] * 5, [e] * 5, [2 * speed] * 5, [0.0] * 5)[0])
+    assert seen[10:] == pytest.approx([speed] * 89, rel=2e-3)
+
+
+def test_program_with_stamps__keeps_its_bounds_and_says_what_double_precision_says():
+    path, _ = reversing_path(ROBOT, 500)
+    done = stamped(path)
+    want = run(ROBOT, path, done.counts, "stamps")
+    assert np.array_equal(want.output, done.ticks.outputs)
+    source = PROGRAMS / "tracking_stamps.s"
+    image = assemble(source, optimise=False, defines=ROBOT.values()).to_json()
+    rows = run_path(image, ROBOT, path, done.counts).rows
+    limit = bounds(ROBOT, path, want, True, done.counts).output
+    for axis, name in enumerate(OUTPUTS):
+        assert np.max(np.abs(rows[name] - want.output[:, axis]) / limit[:, axis]) <= 1.0, name
+
+
+def test_loop_with_stamps__ripples_little_even_where_legs_reverse_all_the_time():
+    path, _ = reversing_path(ROBOT, 3000)
+    law = LawController(ROBOT)
+    plain = closed_loop.run(ROBOT, path, law, lambda _: None)
+    share = ripple(stamped(path).ticks.outputs, PERIOD) / ripple(plain.ticks.outputs, PERIOD)
+    assert share.max() <= 0.25  # 30 Hz shakes reverse every leg each 17 ms

@@ -40,8 +40,10 @@ def main(
     argv: Sequence[str] | None = None,
     prog: str = "python -m sim.bench.drive",
     more: More = lambda robot, drives, full, rows, report: {},
+    lacks: Callable[[], str | None] = lambda: None,
 ) -> int:
-    """Command line; more: adds further rows, and returns what else the file shall have."""
+    """Command line; more: adds further rows, and returns what else the file shall have; lacks: why
+    it cannot, which one motor alone does not need to know."""
     example = (
         f"{prog} --robot my_robot.toml. Without --full the command simulates the first 3 s of "
         "the A-G-H path, and 0.2 s of it clock by clock, in some minutes. With --full it simulates "
@@ -66,6 +68,9 @@ def main(
         if options.loops or options.full or options.robot != ROBOT_TOML:
             parser.error("one motor alone: leave out --robot, --loops and --full")
         return bring_up_alone(options.motor, options.results or BUILD / "motor.json", console)
+    if (wrong := lacks()) is not None:
+        console.print(f"error: {wrong}", style="red", markup=False, soft_wrap=True)
+        return 1
     results = options.results or BUILD / "drive.json"
     try:
         robot, drives = load(options.robot)

@@ -39,6 +39,7 @@ from sim.robot.errors import RIPPLE_ABOVE, ripple
 from sim.robot.observer import SPEEDS, gains
 from sim.robot.parameters import ROBOT_TOML, ParameterError, Robot
 from sim.robot.records import OUTPUTS, SetPoints
+from sim.robot.stamps import StampedPlant
 from sim.robot.tracking import run
 from sim.rtl.build import BuildError
 from sim.rtl.processes import processes
@@ -46,7 +47,11 @@ from sim.rtl.processes import processes
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 
-PROGRAMS = {"difference": "tracking_optimised", "observer": "tracking_observer"}
+PROGRAMS = {
+    "difference": "tracking_optimised",
+    "observer": "tracking_observer",
+    "stamps": "tracking_stamps",
+}
 SHORT = 30_000  # ticks of the A-G-H path
 RIPPLE, ERROR = 0.1, 1.0  # of what differences of counts give
 SHOWN = slice(6000, 6400)  # ticks of the plot
@@ -74,7 +79,9 @@ def measured(robot: Robot, path: SetPoints, speed: str) -> Measured:
     source = ROOT / f"asip_asm/programs/{PROGRAMS[speed]}.s"
     image = assemble(source, configuration="fast", defines=robot.values())
     controller = AsipController(image, intermediates=False)
-    done = closed_loop.run(robot, path, controller, lambda _: None)
+    begin = tuple(path.position[0]), tuple(path.table_position[0])
+    plant = StampedPlant(robot, *begin) if speed == "stamps" else None
+    done = closed_loop.run(robot, path, controller, lambda _: None, plant=plant)
     law = run(robot, path, done.counts, speed)
     return Measured(
         int(done.ticks.cycles.max()),
@@ -102,12 +109,13 @@ def delay(
 
 def margin(robot: Robot, axis: int, speed: str) -> float:
     """Phase margin [degrees] of the law around the double integrator that computed forces leave of
-    an axis, sampled and held, from the transfer functions."""
+    an axis, sampled and held, from the transfer functions. Stamps: at many counts a tick, where
+    they give the mean speed of a tick as differences do."""
     period, k_p, k_v, k_i = robot.T_s, robot.K_P[axis], robot.K_V[axis], robot.K_I[axis]
     w = np.geomspace(1e-3, 1.0, 20_000) * math.pi / period
     z = np.exp(1j * w * period)
     law = k_p + k_i * period * z / (z - 1)
-    if speed == "difference":
+    if speed != "observer":
         law = law + k_v * (1 - 1 / z) / period
     else:
         # States x after the correction, of a position z^k: the law asks for -rest - taken x, and
@@ -180,6 +188,7 @@ def table(document: dict[str, Any]) -> str:
         ("largest error of the tool, µm", lambda m: f"{1e6 * m['tracking']['tool']:.2f}"),
         ("largest error of a leg, µm", lambda m: f"{1e6 * m['tracking']['leg']:.2f}"),
         ("largest error of a table axis, µrad", lambda m: f"{1e6 * m['tracking']['table']:.1f}"),
+        ("delay of a leg's speed, µs", lambda m: f"{1e6 * m['delay']:.0f}"),
         (
             "phase margin, leg, table, degrees",
             lambda m: ", ".join(f"{a:.0f}" for a in m["margins"]),
@@ -214,7 +223,11 @@ def plot(document: dict[str, Any], file: Path) -> None:
     plt.close(figure)
 
 
-_NAMES = {"difference": "differences of counts", "observer": "observers"}
+_NAMES = {
+    "difference": "differences of counts",
+    "observer": "observers",
+    "stamps": "time stamps",
+}
 
 
 def write_page(file: Path = BUILD / "speed.json") -> None:

@@ -115,8 +115,8 @@ def _arguments() -> argparse.ArgumentParser:
         "--speed",
         choices=SPEEDS,
         default=SPEEDS[0],
-        help="observer: also run the program that takes speeds from observers, and show it first "
-        "(difference)",
+        help="observer, stamps: also run the program that takes speeds from observers or from the "
+        "time between counts, and show it first (difference)",
     )
     parser.add_argument(
         "--scope",

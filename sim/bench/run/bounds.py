@@ -52,7 +52,8 @@ def bounds(
 ) -> Bounds:
     """First-order bounds on the rounding errors of one program.
 
-    counts: those of the reference, for a program with observers, which is an optimised one.
+    counts: those of the reference, for a program with observers (N, 5) or stamps (N, 10), which
+    are optimised ones.
 
     v: constants and quotient 5u (|v| + |v_d|); as printed also 2u|l|/T_s for the two rounded
     lengths. Demand: 6u of the size of its terms; output: 3u of mass times that and of gravity.
@@ -80,7 +81,9 @@ def bounds(
     terms = np.abs(reference.acceleration_d) + k_p * size + k_v * np.abs(reference.e_v)
     terms = terms + k_i * np.abs(reference.s_c)
     inner = acceleration + k_p * e + k_v * e_v + k_i * s_c + 6 * U * terms
-    if counts is not None:
+    if counts is not None and counts.shape[1] > 5:
+        inner = inner - k_v * e_v + k_v * _stamped(robot, reference, e, velocity)
+    elif counts is not None:
         off = _observer(robot, reference, counts, inner, terms)
         inner, terms = inner + off.error, terms + off.size
     leg_mass, leg_gravity = (_optimised_dynamics if optimised else _printed_dynamics)(
@@ -91,6 +94,29 @@ def bounds(
     output = (reference.mass + mass) * inner + mass * terms + gravity
     output += 3 * U * (reference.mass * terms + np.abs(reference.gravity))
     return Bounds(position, velocity, acceleration, e, mass, gravity, output)
+
+
+# ---------------------------------------------------------------- speeds from time stamps
+
+
+def _stamped(
+    robot: Robot, reference: TrackingResult, e: FloatArray, velocity: FloatArray
+) -> FloatArray:
+    """Error of e_v, (N, 5): half clocks are exact, so both take the same counts.
+
+    The error at a count: that of e, of v_d and a_d over a tick at most, and u of its four parts
+    three times. Two of them lie at least half a tick apart; quotient and product 3u more. What
+    stays between the bounds around v_d has those of v_d and 3u of them, or the error of the last
+    count's e_v: the largest so far.
+    """
+    period, half = robot.T_s, np.array(robot.resolution) / 2
+    v_d, a_d = np.abs(reference.velocity_d), np.abs(reference.acceleration_d)
+    parts = np.abs(reference.e) + half + period * v_d + period**2 * a_d
+    at = e + period * velocity + 6 * U * parts
+    e_v = np.abs(reference.e_v)
+    error = 4 * np.maximum.accumulate(at, axis=0) / period + 3 * U * e_v
+    error += velocity + 6 * U * (v_d + e_v)
+    return np.maximum.accumulate(error, axis=0)
 
 
 # ---------------------------------------------------------------- observers

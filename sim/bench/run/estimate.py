@@ -13,6 +13,7 @@ from sim.bench.run import nios
 from sim.bench.run.workers import PROCESSES
 
 AS_PRINTED, OPTIMISED, OBSERVER = "as printed", "optimised", "observer"
+STAMPS = "stamps"
 LAW = "law in double precision"
 COMPARISON = "comparison"
 PLATFORMS = ("fpga1", "fpga2", "fpga3")
@@ -21,6 +22,7 @@ TYPICAL = {
     AS_PRINTED: 5e-4,
     OPTIMISED: 3.5e-4,
     OBSERVER: 3.7e-4,
+    STAMPS: 5e-4,
     LAW: 1.5e-4,
     "fpga1 beginning": 8e-3,
     "fpga1": 8e-3,

@@ -21,7 +21,7 @@ from asip_asm.files import write_text
 from asip_asm.image import Image
 from asip_asm.project import ROOT
 from sim.bench.run import checks, estimate, nios, page, scoped, tables
-from sim.bench.run.estimate import AS_PRINTED, LAW, OBSERVER, OPTIMISED
+from sim.bench.run.estimate import AS_PRINTED, LAW, OBSERVER, OPTIMISED, STAMPS
 from sim.bench.run.progress import TickProgress, duration
 from sim.bench.run.results import Comparison, ProgramRun, compare, results, worst_of_bound
 from sim.bench.run.workers import Workers
@@ -40,6 +40,7 @@ from sim.robot import float32
 from sim.robot.observer import SPEEDS
 from sim.robot.parameters import Robot
 from sim.robot.records import SetPoints, TrackingResult
+from sim.robot.stamps import StampedPlant
 from sim.robot.tracking import joint_path
 from sim.rtl.asip_rtl import AsipRtl
 from sim.rtl.nios_rtl import NiosRtl
@@ -47,8 +48,11 @@ from sim.rtl.nios_rtl import NiosRtl
 PROGRAMS = ROOT / "asip_asm/programs"
 MANY_STOPS = 20  # the run suggests G64 from this many stops on
 # Task that runs a program of FPGA3 -> key in results.json; source in PROGRAMS: tracking_<key>.s.
-KEYS = {AS_PRINTED: "as_printed", OPTIMISED: "optimised", OBSERVER: "observer"}
-SPEED_OF = {"observer": "observer"}  # of a program, by its key, where it is not a difference
+KEYS = {AS_PRINTED: "as_printed", OPTIMISED: "optimised", OBSERVER: "observer", STAMPS: "stamps"}
+SPEED_OF = {
+    "observer": "observer",
+    "stamps": "stamps",
+}  # of a program, by its key, where it is not a difference
 
 
 class PathError(ValueError):
@@ -60,7 +64,7 @@ class Order:
     """What to do. line: begin there; ticks: only the first so many; seconds: only the motion
     between two times; platforms: of estimate.PLATFORMS; all_ticks: FPGA1 and FPGA2 take every tick
     too; tools: LinuxCNC's table; plan_only: stop before anything is built or written; speed: one of
-    `observer.SPEEDS`, the second one runs a third program of FPGA3."""
+    `observer.SPEEDS`, all but the first run a third program of FPGA3."""
 
     gcode: Path
     robot: Path
@@ -80,7 +84,7 @@ class Order:
     @property
     def programs(self) -> tuple[str, ...]:
         """Tasks of FPGA3 besides the two that always run."""
-        return (OBSERVER,) if self.speed == "observer" else ()
+        return {"observer": (OBSERVER,), "stamps": (STAMPS,)}.get(self.speed, ())
 
     @property
     def looked_at(self) -> str:
@@ -122,7 +126,9 @@ def _run_program(
     """A program of FPGA3 in closed loop; place: of the scope that looks at it."""
     controller = AsipController(image, watched=scoped.watched(image) if place else ())
     tap = scoped.LoopTap(place, path, controller) if place else None
-    recording = closed_loop.run(robot, path, controller, progress, tap)
+    begin = tuple(path.position[0]), tuple(path.table_position[0])
+    plant = StampedPlant(robot, *begin) if "stamp1" in controller.inputs else None
+    recording = closed_loop.run(robot, path, controller, progress, tap, plant)
     touched = tap.end() if tap else ()
     issued = controller.core.issued(len(image.bundles))
     runs = len(path) + 1  # priming runs the program once

@@ -27,6 +27,7 @@ FPGA3_COLUMNS = {
     "as_printed": "fpga3",
     "optimised": "fpga3_optimised",
     "observer": "fpga3_observer",
+    "stamps": "fpga3_stamps",
 }
 OPERATION_CLASSES = ("add_sub", "mul", "div", "sqrt", "sin", "float_int", "sat")
 
@@ -109,7 +110,7 @@ def compare(
         tracking.run(robot, path, counts, speed),
         tracking.run(robot, rounded, counts, speed),
         rounded,
-        counts if speed == "observer" else None,
+        None if speed == "difference" else counts,
     )
 
 

@@ -242,7 +242,7 @@ class LoopTap:
         row, seen = self.tap.row, self._controller.seen
         behind = len(SET_POINTS) + len(COUNTS)
         row[: len(SET_POINTS)] = self._taken.astype(np.float32)
-        row[len(SET_POINTS) : behind] = counts
+        row[len(SET_POINTS) : behind] = counts[: len(COUNTS)]
         row[behind : behind + len(seen)] = seen
         place = (*plant.tool, *plant.table)
         rest = row[behind + len(seen) :]

@@ -32,6 +32,7 @@ ERRORS = {
     "fpga3": "as\nprinted",
     "fpga3_optimised": "optimised",
     "fpga3_observer": "observer",
+    "fpga3_stamps": "time\nstamps",
     "set_point_rounding": "inputs\nalone",
 }
 # Other builds of the program of FPGA1 and FPGA2.
@@ -215,7 +216,7 @@ def tracking_table(results: dict[str, Any]) -> Table:
     table.add_column("")
     runs = {
         f"FPGA3 {program.replace('_', ' ')}": results["tracking"][program]
-        for program in ("as_printed", "optimised", "observer")
+        for program in ("as_printed", "optimised", "observer", "stamps")
         if program in results["tracking"]
     }
     for platform, measured in results.get("nios", {}).items():

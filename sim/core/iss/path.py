@@ -20,6 +20,7 @@ from sim.robot.records import (
     EXPORT_OF_ROW,
     OUTPUTS,
     SET_POINTS,
+    STAMPS,
     TRACKING_PROGRAMS,
     SetPoints,
     checked_counts,
@@ -65,13 +66,14 @@ def run_path(
 ) -> PathRun:
     """Run a tracking program over N ticks from the start state of the law.
 
-    counts: (N, 5) integers; exports: further names to record; options: as for `Iss`. Raises
-    PathFault at the first fault.
+    counts: (N, 5) integers, with stamps (N, 10); exports: further names to record; options: as for
+    `Iss`. Raises PathFault at the first fault.
     """
-    counts = checked_counts(counts, len(path))
+    stamps = [entry["name"] for entry in image["inputs"] if entry["name"] in STAMPS]
+    counts = checked_counts(counts, len(path), len(COUNTS) + len(stamps))
     iss = Iss(image, **options)
-    iss.set_state(preset(image, robot, counts[0].tolist()))
-    names = (*SET_POINTS, *COUNTS)
+    iss.set_state(preset(image, robot, counts[0, : len(COUNTS)].tolist()))
+    names = (*SET_POINTS, *COUNTS, *stamps)
     read = EXPORT_OF_ROW | {name: name for name in exports}
     recorded: dict[str, list[float]] = {name: [] for name in (*read, *OUTPUTS)}
     flags = 0

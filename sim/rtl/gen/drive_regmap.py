@@ -18,10 +18,11 @@ REGMAP = RegisterMap(
                 fast_log2=(12, 4),
                 slow_log2=(16, 4),
                 third_sensor=20,
+                edge_stamps=21,
                 least_dead_time=(24, 8),
             ),
         ),
-        RegisterRecord("CONTROL", 2, "w", fields=bit_fields(clear=(0, 8), link=8)),
+        RegisterRecord("CONTROL", 2, "w", fields=bit_fields(clear=(0, 8), link=8, stamp=9)),
         RegisterRecord(
             "STATUS",
             3,
@@ -99,5 +100,7 @@ REGMAP = RegisterMap(
             fields=bit_fields(counts=(0, 24), tolerance=(24, 8)),
             count=8,
         ),
+        RegisterRecord("STAMP", 96, "r", count=8),
+        RegisterRecord("STAMP_POSITION", 104, "r", count=8),
     ),
 )

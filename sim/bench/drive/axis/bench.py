@@ -91,6 +91,7 @@ class Bench:
         self.scale = one.current_scale * one.setting().ampere_per_count
         self.zeros = np.zeros(2)  # samples without current [counts]
         self.halves_run = 0
+        self.counts = 0.0  # of the last sample
         self._kept: list[Program] = []
         self._width = 1
 
@@ -114,16 +115,21 @@ class Bench:
         compiled = current_program(self.one, motor, crossover)
         values = {"angle0": (angle + np.pi) % (2 * np.pi) - np.pi}
         values |= {f"zero_{k}0": MAGIC + zero for k, zero in zip("ab", self.zeros, strict=True)}
-        self.load(compiled, values)
+        # A jump of the counts would be a speed, and its filter takes a millisecond to forget it.
+        self.load(compiled, values, {"before0": self.counts})
         return compiled
 
-    def load(self, compiled: Compiled, values: Mapping[str, float] | None = None) -> None:
-        """A program with these parameters, gates off for its first runs."""
+    def load(
+        self,
+        compiled: Compiled,
+        values: Mapping[str, float] | None = None,
+        states: Mapping[str, float] | None = None,
+    ) -> None:
+        """A program with these parameters and states, gates off for its first runs."""
         made = program(compiled, WORDS, values)
         self._kept.append(made)
-        self._lib.bench_load(
-            self._handle, made.tick, made.first.ctypes.data, len(made.first), made.orders
-        )
+        first = made.states(states or {})
+        self._lib.bench_load(self._handle, made.tick, first.ctypes.data, len(first), made.orders)
         self._width = made.orders
         self.gates(False)
         self.run(np.zeros((LINK_HALVES, self._width)))
@@ -154,6 +160,7 @@ class Bench:
         if faulted:
             raise BringUpError("the program of the loop stopped with a fault; report this motor")
         found = out.astype(float)
+        self.counts = float(found[-1, 0]) if len(found) else self.counts
         a, b = ((found[:, 1 + k] - self.zeros[k]) * self.scale for k in range(2))
         beta = (a + 2 * b) / np.sqrt(3)
         most, limit = float(np.hypot(a, beta).max(initial=0.0)), OVERCURRENT * self.one.motor.i_max

@@ -24,12 +24,20 @@ from sim.rtl.build import machine_flag
 
 @dataclass(frozen=True)
 class Program:
-    """A compiled law as a function of the bench; first: its states before the first run."""
+    """A compiled law as a function of the bench; first: its states, named, before the first run."""
 
     tick: ctypes.c_void_p
     first: NDArray[np.float32]
     orders: int
+    names: tuple[str, ...]
     library: ctypes.CDLL
+
+    def states(self, values: Mapping[str, float]) -> NDArray[np.float32]:
+        """`first`, with these instead, as a host presets them."""
+        found = self.first.copy()
+        for name, value in values.items():
+            found[self.names.index(name)] = value
+        return found
 
 
 def program(
@@ -56,11 +64,11 @@ def program(
             runtime.seal(path)
     loaded = ctypes.CDLL(str(path))
     tick = ctypes.cast(getattr(loaded, f"{prefix}_tick"), ctypes.c_void_p)
-    states = len(struct_members(law)["states"])
-    values = (ctypes.c_float * states).in_dll(loaded, f"{prefix}_initial")
+    names = tuple(name for name, _ in struct_members(law)["states"])
+    values = (ctypes.c_float * len(names)).in_dll(loaded, f"{prefix}_initial")
     first = np.array(list(values), dtype=np.float32)
     inputs = len(struct_members(law)["inputs"])
-    return Program(tick, first, inputs - words, loaded)
+    return Program(tick, first, inputs - words, names, loaded)
 
 
 def bench_library() -> Path:

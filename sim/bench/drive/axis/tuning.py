@@ -15,7 +15,7 @@ from asip_asm.model.compiler import Compiled, Options, compile_law
 from sim.bench.drive.axis.bench import MILLISECOND, Bench, Record
 from sim.bench.drive.axis.identify import INNER, Found, rotor_frame, travel
 from sim.bench.drive.axis.motor_file import LINEAR, OPTIMUM, OneMotor
-from sim.bench.drive.response import BASE, BIAS, LINES, PERIODS, Response, analyse, multisine
+from sim.bench.drive.response import BASE, LINES, PERIODS, Response, analyse, multisine
 from sim.laws.drive.clocks import LOOP_PERIOD
 from sim.laws.drive.current_law import DELAY, gains
 from sim.laws.drive.velocity_law import FILTER, INTEGRAL, VelocitySetting, velocity_law
@@ -23,7 +23,9 @@ from sim.laws.drive.velocity_law import FILTER, INTEGRAL, VelocitySetting, veloc
 EVERY = 10  # half periods of a run of the velocity loop
 PERIOD = EVERY * LOOP_PERIOD
 VELOCITY_OPTIONS = Options(configuration="fast", reassociate=True, reciprocal=True)
-AMPLITUDE = 0.002  # of a line, as a share of the rated current
+AMPLITUDE = 0.005  # of a line at most, as a share of the rated current
+BIAS = 0.1  # of the rated current, so that dead time acts with one sign
+MOST_LINES = 0.12  # of the bus voltage, rms of all lines
 MOST_FORCE = 0.9  # of the rated one, that the velocity loop may order
 HALF_POWER = math.sqrt(0.5)
 
@@ -101,7 +103,9 @@ def current_response(bench: Bench, found: Found, tuned: Gains) -> Response:
     motor = found.motor(bench.one.motor)
     bench.current_loop(motor, found.angle, tuned.crossover)
     wave = multisine(bench.one.setting())
-    wanted = (BIAS + np.tile(AMPLITUDE * wave, PERIODS + 1)) * motor.i_max
+    volts = motor.L_q * tuned.crossover * motor.i_max * float(wave.std())  # of lines of 1
+    size = min(AMPLITUDE, MOST_LINES * bench.one.U_dc / volts)
+    wanted = (BIAS + np.tile(size * wave, PERIODS + 1)) * motor.i_max
     seen = bench.run((wanted * motor.force_per_ampere)[:, None])
     stop = np.full((len(wave), 1), -BIAS * motor.i_max * motor.force_per_ampere)
     bench.run(np.tile(stop, (PERIODS + 1, 1)))

@@ -33,6 +33,9 @@ extern "C" {
 #define DRIVE__CSR__CONFIG__THIRD_SENSOR_bm 0x100000
 #define DRIVE__CSR__CONFIG__THIRD_SENSOR_bp 20
 #define DRIVE__CSR__CONFIG__THIRD_SENSOR_bw 1
+#define DRIVE__CSR__CONFIG__EDGE_STAMPS_bm 0x200000
+#define DRIVE__CSR__CONFIG__EDGE_STAMPS_bp 21
+#define DRIVE__CSR__CONFIG__EDGE_STAMPS_bw 1
 #define DRIVE__CSR__CONFIG__LEAST_DEAD_TIME_bm 0xff000000
 #define DRIVE__CSR__CONFIG__LEAST_DEAD_TIME_bp 24
 #define DRIVE__CSR__CONFIG__LEAST_DEAD_TIME_bw 8
@@ -44,6 +47,9 @@ extern "C" {
 #define DRIVE__CSR__CONTROL__LINK_bm 0x100
 #define DRIVE__CSR__CONTROL__LINK_bp 8
 #define DRIVE__CSR__CONTROL__LINK_bw 1
+#define DRIVE__CSR__CONTROL__STAMP_bm 0x200
+#define DRIVE__CSR__CONTROL__STAMP_bp 9
+#define DRIVE__CSR__CONTROL__STAMP_bw 1
 
 // reg - drive::csr::STATUS
 #define DRIVE__CSR__STATUS__TRIP_bm 0xff
@@ -285,6 +291,16 @@ extern "C" {
 #define DRIVE__CSR__INDEX_DISTANCE__TOLERANCE_bw 8
 #define DRIVE__CSR__INDEX_DISTANCE__TOLERANCE_reset 0x0
 
+// reg - drive::csr::STAMP
+#define DRIVE__CSR__STAMP__VALUE_bm 0xffffffff
+#define DRIVE__CSR__STAMP__VALUE_bp 0
+#define DRIVE__CSR__STAMP__VALUE_bw 32
+
+// reg - drive::csr::STAMP_POSITION
+#define DRIVE__CSR__STAMP_POSITION__VALUE_bm 0xffffffff
+#define DRIVE__CSR__STAMP_POSITION__VALUE_bp 0
+#define DRIVE__CSR__STAMP_POSITION__VALUE_bw 32
+
 // regfile - drive::csr
 typedef struct __attribute__ ((__packed__)) {
     uint32_t ID;
@@ -317,6 +333,8 @@ typedef struct __attribute__ ((__packed__)) {
     uint8_t RESERVED_130_13f[0x10];
     uint32_t PLAUSIBLE_VOLTAGE[8];
     uint32_t INDEX_DISTANCE[8];
+    uint32_t STAMP[8];
+    uint32_t STAMP_POSITION[8];
 } drive__csr_t;
 
 // addrmap - drive
