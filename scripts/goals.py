@@ -91,6 +91,8 @@ AREAS: dict[str, Area] = {
             "laws on fast": "sim.bench.matrix_law_goals:rows",
             "predictive control": "sim.bench.stream_law_goals:predictive_control",
             "landing": "sim.bench.stream_law_goals:landing",
+            "drive loops": "sim.bench.observer_goals:drive_loops",
+            "observer": "sim.bench.observer_goals:rows",
             "policies": "sim.bench.stream_law_goals:policies",
             "area and clock": "scripts.clock_goals:matrix",
         },

@@ -20,6 +20,7 @@ from scripts.generated import run
 from sim.bench.stream_law_goals import POLICIES, drawn_policy, policy_law
 from sim.laws.mpc import build_mpc
 from sim.laws.mpc_flight import quadrotor_problem
+from sim.laws.observer import build_observer, observer
 from sim.laws.rocket_landing import rocket_problem
 
 SCRIPT, PAGE = "scripts/matrix_table.py", "docs/your_robot.md"
@@ -50,6 +51,12 @@ def matrix_laws(folder: Path) -> Iterator[tuple[str, str, Callable[[], Built]]]:
                 return build_mpc(load(), source, configuration)[0]
 
             yield name, configuration, solver
+    for configuration in ("stream", "wide"):
+
+        def watcher(configuration: str = configuration) -> Built:
+            return build_observer(observer(), source, configuration)
+
+        yield "observer 24/5/3", configuration, watcher
 
 
 def longest_stream(image: Image) -> int:

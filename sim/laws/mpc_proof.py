@@ -70,8 +70,8 @@ def prove_mpc(
         port.name: np.asarray(draw(port, runs * TICKS, rng)).reshape(runs, TICKS) for port in ports
     }
     names = [port.name for port in law.of_kind("output")]
-    got, cycles = _on_core(image, given, names, backend)
-    want, difference = _interpreted(compiled, given, names), ""
+    got, cycles = on_core(image, given, names, backend)
+    want, difference = interpreted(compiled, given, names), ""
     for name in names:
         unequal = got[name].view(np.uint32) != want[name].view(np.uint32)
         if unequal.any() and not difference:
@@ -98,15 +98,16 @@ def prove_mpc(
     )  # fmt: skip
 
 
-def _on_core(
+def on_core(
     image: Image, given: dict[str, Single], names: list[str], backend: str
 ) -> tuple[dict[str, Single], NDArray | None]:
+    """Outputs (runs, ticks) of inputs (runs, ticks), each run from memories as loaded; cycles."""
     found: dict[str, list[Single]] = {name: [] for name in names}
     cycles = []
-    runs = len(next(iter(given.values())))
-    pace = Pace("proof: ticks", runs * TICKS)
+    runs, ticks_of_run = next(iter(given.values())).shape
+    pace = Pace("proof: ticks", runs * ticks_of_run)
     for run in range(runs):
-        pace.at(run * TICKS)
+        pace.at(run * ticks_of_run)
         with Core(image, backend=backend) as core:
             ticks = core.batch({name: value[run] for name, value in given.items()})
         for name in names:
@@ -116,14 +117,15 @@ def _on_core(
     return {n: np.stack(v) for n, v in found.items()}, np.stack(cycles) if cycles else None
 
 
-def _interpreted(
+def interpreted(
     compiled: Compiled, given: dict[str, Single], names: list[str]
 ) -> dict[str, Single]:
+    """The same by the exact interpreter, all runs at once."""
     graph = compiled.graph
-    runs = len(next(iter(given.values())))
+    runs, ticks = next(iter(given.values())).shape
     states: dict[str, Single] = {name: np.zeros(runs, np.float32) for name in graph.next_states}
     found: dict[str, list[Single]] = {name: [] for name in names}
-    for tick in range(TICKS):
+    for tick in range(ticks):
         values = {name: value[:, tick] for name, value in given.items()}
         nodes = evaluate(graph, values | states, rounded_sine)
         states = {name: nodes[root] for name, root in graph.next_states.items()}

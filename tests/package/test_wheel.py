@@ -70,7 +70,11 @@ OF_THE_EXTRA = (
     *("microtick.sim.bench.platforms.", "microtick.sim.bench.shown_robots."),
     *("microtick.sim.bench.drive.", "microtick.sim.bench.certificate_goals"),
     *("microtick.sim.bench.best_goals", "microtick.sim.bench.matrix_law_goals"),
-    *("microtick.sim.bench.stream_law_goals", "microtick.sim.motion.lookahead.optimum"),
+    *(
+        "microtick.sim.bench.stream_law_goals",
+        "microtick.sim.bench.observer_goals",
+        "microtick.sim.motion.lookahead.optimum",
+    ),
 )
 OF_THE_BUS = [  # the extra `bus`
     f"microtick.sim.bus.{module}"
@@ -315,6 +319,7 @@ def test_your_robot__word_for_word_with_the_wheel(
     assert said.count("bits equal the interpreter's") == 10
     assert "200 ticks: bits equal the exact interpreter's" in said  # microtick mpc
     assert "40 ticks: bits equal the exact interpreter's" in said  # with a cone
+    assert "0 words of 250 ticks unlike the interpreter's" in said
     assert "distance from the optimum (Clarabel), 100 initial states" in said
     assert len(re.findall("^proved$", said, re.M)) == 9
     assert "200 ticks of 2 functions in turn" in said

@@ -11,6 +11,11 @@ the currents.
 
 Equations: D. W. Novotny, T. A. Lipo, Vector Control and Dynamics of AC Drives, 1996; gains by the
 magnitude optimum for a delay of 1.5 periods: K_p = L / (2 * 1.5 T), K_i = R K_p / L.
+
+With a disturbance observer (K. Ohnishi, M. Shibata, T. Murakami, Motion Control for Advanced
+Mechatronics, IEEE/ASME Transactions on Mechatronics 1(1), 1996) each axis adds to its order what
+its motor's force did not accelerate: d = w - g M v, w' = g (F + g M v - w). The speed v comes from
+the counts through a lag of the same bandwidth g, so what accelerates passes two lags.
 """
 
 from __future__ import annotations
@@ -25,6 +30,7 @@ import casadi as ca
 from asip_asm.model.law import Law, Port
 from sim.laws.drive.clocks import HALF_PERIOD, LOOP_PERIOD
 from sim.robot.drives import Inverter, Motor
+from sim.robot.parameters import Robot
 
 AXES = tuple(range(5))
 PHASES = "abc"
@@ -45,6 +51,8 @@ class Setting:
 
     resolution: travel of a count [m or rad], per axis; offset: electrical angle at count 0 [rad],
     until a start-up writes another; period: of the loop [s]; half: compare value of full duty;
+    observer: bandwidth [rad/s] of the disturbance observer of each axis, 0: none; moved: its mass
+    or inertia [kg or kg m^2]; compensated: the most that it adds, as a share of the greatest force.
     bus_scale: volts of a count of the bus; compensation: of the dead time, as a share of what the
     parameters ask for; order_filter: time constant [s] of a low-pass in front of each axis' loop,
     0: none. A coarse encoder makes a tracking law order pulses beyond the slope that the bus
@@ -59,11 +67,23 @@ class Setting:
     bus_scale: float = 0.05
     compensation: float = 1.0
     order_filter: tuple[float, ...] = (0.0,) * 5
+    observer: tuple[float, ...] = (0.0,) * 5
+    moved: tuple[float, ...] = (0.0,) * 5
+    compensated: float = 0.3
     crossover: tuple[float, ...] = (0.0,) * 5
 
     @property
     def ampere_per_count(self) -> float:
         return 2.0 / SLOW_RATE**3
+
+
+OBSERVER = 300.0  # rad/s
+
+
+def observed(robot: Robot) -> Setting:
+    """The setting with a disturbance observer in every axis, which moves the mass of its own."""
+    legs, table = (robot.m_s + robot.m_p,) * 3, (robot.J_44, robot.J_55)
+    return Setting(robot.resolution, observer=(OBSERVER,) * 5, moved=(*legs, *table))
 
 
 def gains(motor: Motor, period: float, crossover: float = 0.0) -> tuple[float, float, float]:
@@ -159,6 +179,23 @@ def current_law(drives: Inverter, setting: Setting, axes: Sequence[int] = AXES) 
             share = -math.expm1(-setting.period / setting.order_filter[n])
             force = filtered + share * (force - filtered)
             result("state", f"order{n}_next", force)
+        if setting.observer[n]:
+            band, mass = setting.observer[n], setting.moved[n]
+            reach = FASTEST / (motor.wave * setting.resolution[n] * band)
+            lag = source(
+                "state", f"lag{n}", "count", (-reach, reach), "counts beyond the slow position"
+            )
+            share = -math.expm1(-band * setting.period)
+            after = ca.fmax(ca.fmin((1 - share) * (lag + (counts - before)), reach), -reach)
+            strength = setting.compensated * strongest
+            momentum = band * mass * reach * band * setting.resolution[n]
+            low = source("state", f"low{n}", "N", (-momentum - strength, momentum + strength),
+                         "force and momentum, filtered")  # fmt: skip
+            push = (band * band * mass * setting.resolution[n]) * after
+            low = low + share * (motor.force_per_ampere * i_q + push - low)
+            result("state", f"lag{n}_next", after)
+            result("state", f"low{n}_next", low)
+            force = force + ca.fmax(ca.fmin(low - push, strength), -strength)
         wanted = ca.fmax(ca.fmin(force * (1 / motor.force_per_ampere), motor.i_max), -motor.i_max)
         e_d, e_q = -i_d, wanted - i_q
         k_d, k_q, k_i = gains(motor, setting.period, setting.crossover[n])
