@@ -167,10 +167,11 @@ def test_speed_of_a_program_of_the_asip__without_the_asip__is_refused(tmp_path, 
 
 
 @pytest.mark.parametrize(
-    ("speed", "cycles", "most"), [("observer", 125, 0.1), ("stamps", 166, 0.15)]
+    ("speed", "cycles", "ripple", "error"),
+    [("observer", 125, 0.1, 1.0), ("stamps", 166, 0.15, 1.1)],
 )
-def test_speed__runs_and_compares_a_third_program(tmp_path, speed, cycles, most):
-    """0.2 s that begin, turn and end: counts are rarer than on a path of some length."""
+def test_speed__runs_and_compares_a_third_program(tmp_path, speed, cycles, ripple, error):
+    """0.2 s with a rounded corner, where every method errs by some 11 um."""
     part = tmp_path / "part.ngc"
     part.write_text(LINE)
     order = Order(
@@ -183,8 +184,9 @@ def test_speed__runs_and_compares_a_third_program(tmp_path, speed, cycles, most)
     assert list(data["platforms"]["fpga3"]) == ["as_printed", "optimised", speed]
     assert data["platforms"]["fpga3"][speed]["cycles_max"] == cycles
     for name, with_differences in data["ripple"]["optimised"].items():
-        assert data["ripple"][speed][name] <= most * with_differences, name
-    assert data["tracking"][speed]["tool"] <= data["tracking"]["optimised"]["tool"]
+        assert data["ripple"][speed][name] <= ripple * with_differences, name
+    tools = {name: data["tracking"][name]["tool"] for name in ("optimised", speed)}
+    assert tools[speed] <= error * tools["optimised"]
 
 
 @pytest.mark.parametrize("ticks", [1, 300])
