@@ -29,8 +29,8 @@ Matrix = NDArray[np.float64]
 PARTS = 2
 """Sums of a vector, to be ready earlier."""
 UNIT, SMALLEST = 2.0**-24, 2.0**-149
-LONGEST = 1 << 20
-"""Ticks within which a disturbance must halve."""
+LONGEST, GROWN = 1 << 20, 1e100
+"""Ticks within which a disturbance must halve; how much it may grow before."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ def state_bounds(system: LinearSystem) -> tuple[Matrix, Matrix]:
         reach += np.abs(power)
         response += np.abs(power @ system.b) @ system.limits
         power, ticks = power @ system.a, ticks + 1
-        if ticks > LONGEST or not np.isfinite(power).all():
+        if ticks > LONGEST or np.abs(power).max() > GROWN:
             raise ModelError(
                 f"{system.title}: the state does not decay within {LONGEST} ticks; make A stable"
             )

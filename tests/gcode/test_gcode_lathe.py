@@ -177,18 +177,24 @@ def test_rs274__subroutine_after_the_cycle__gives_the_same_moves():
 
 
 SEEDS = range(120)
-LEAST_CUT = 40
+LEAST_CUT = 90
 
 
 @needs("rs274")
-def test_rs274__random_contours__are_cut_alike():
-    """Contours that both can cut; ours refuses those that go back, which LinuxCNC does too."""
+def test_rs274__random_contours__are_cut_alike_or_refused_by_both():
+    """rs274 does not end where a pass finds no way on; such contours are not given to it."""
     cut: dict[str, int] = {}
     for seed in SEEDS:
         text = lathe_program(seed)
         try:
             parse(text, start=ZERO)
-        except GcodeErrors:
+        except GcodeErrors as errors:
+            what = errors.errors[0].what
+            if "goes back" in what or "not on its circle" in what:
+                with pytest.raises(OracleError):
+                    rs274(text)
+            else:
+                assert "finds no way on" in what or "no room for the corner" in what
             continue
         assert differences(text) == [], f"seed {seed}:\n{text}"
         code = text.split("Y2\n")[1].split()[0]

@@ -40,6 +40,15 @@ def test_page__without_its_marks_is_refused():
         drive.page_text("# Motor drives", {"delays": DELAYS, "goals": [], "blocks": []})
 
 
+def test_command__without_the_tools_of_the_hardware__names_the_cure(monkeypatch, capsys):
+    monkeypatch.setattr(drive, "find_spec", lambda name: None)
+    assert drive.main([]) == 1
+    assert "make setup-synth" in capsys.readouterr().out
+    assert drive.main(["none.toml"]) == 1  # one motor needs none of them
+    said = "".join(capsys.readouterr())
+    assert "none.toml" in said and "setup-synth" not in said
+
+
 def test_decoder__a_wrong_count_is_missed__fewer_edges_are_a_sample(monkeypatch):
     monkeypatch.setattr(drive, "campaign", lambda edges, report: Campaign(10**8, 1, 1000, 0))
     rows = Rows()

@@ -11,6 +11,11 @@ MAX_DEPTH = 9  # calls inside calls, as rs274
 VALUE, RETURNED = "_value", "_value_returned"
 
 
+def _has_repeats(head: Head) -> bool:
+    """Whether P of M98 may have the repeats before the number of four digits, as on Fanuc's."""
+    return head.keyword == "M98" and isinstance(head.label, int) and head.label > 9999
+
+
 class Subroutines:
     """Acts on the O words of subroutines: each gets the word, its line and its values."""
 
@@ -93,7 +98,8 @@ class Subroutines:
                     f"there is no {'subprogram' if number else 'subroutine'} {shown(head.label)} "
                     + ("after its call" if number else "in this file"),
                     f"O{shown(head.label)}" + ("" if number else " sub"),
-                    "check the label; subroutines in files of their own are not looked for",
+                    "check the label; subroutines in files of their own are not looked for"
+                    + ("; repeats are L, as in M98 P1000 L3" if _has_repeats(head) else ""),
                 )
             found = self.run.head(later)
             if found is None:

@@ -10,6 +10,7 @@ _SPINDLE = "the spindle has no output here"
 _LATHE = "this machine is no lathe; write the passes as G0 and G1"
 _IO = "there are no inputs and outputs for programs here"
 _OVERRIDE = "the feed override (--override) is switched by M48, M49 and M50 P alone"
+_OFF = "remove it; no word of this reader switches that on"
 _AXIS = "the axes are X Y Z A C"
 _LATHE_U = "only contours of G70 to G72 take U and W, as distances, and the allowance of G71 is D"
 
@@ -20,7 +21,8 @@ _TABLE = (
     ("G11", "the end of data input", "remove it; G10 acts in its block only"),
     ("G12 G13", "a circular pocket", "write the circles with G2 or G3"),
     ("G12.1 G13.1 G7.1 G107", "interpolation on a cylinder or face", "write the moves with A or C"),
-    ("G15 G16", "polar coordinates of Fanuc controls", "use @ radius and ^ angle"),
+    ("G16", "polar coordinates of Fanuc controls", "use @ radius and ^ angle"),
+    ("G15", "the end of polar coordinates", f"{_OFF}; @ and ^ are for their block alone"),
     ("G17.1 G18.1 G19.1", "a plane of U V W", _AXIS),
     ("G22 G23", "limits of the stroke", "the workspace is always checked; remove it"),
     ("G27 G29 G30 G30.1", "another reference point", "use G28 with G28.1, or G53 G0"),
@@ -32,19 +34,22 @@ _TABLE = (
     ("G43.5", "tool-centre control by vectors", "use G43.4 with A and C"),
     ("G44", "a negative tool length", "turn the sign in the tool table, use G43"),
     ("G45 G46 G47 G48", "tool offset of single moves", "use G41 or G42"),
-    ("G50 G51 G50.1 G51.1", "scaling or a mirror", "multiply the coordinates, X[#1 * 2]"),
+    ("G51 G51.1", "scaling or a mirror", "multiply the coordinates, X[#1 * 2]"),
+    ("G50 G50.1", "the end of scaling or of a mirror, or a greatest speed", _OFF),
     ("G52", "a local coordinate system", "use G92, or G10 L2 and G55"),
     ("G54.1 G54.2", "a further coordinate system", "use G54 to G59.3"),
     ("G60", "positioning from one side", "write the way as two moves"),
     ("G62 G63", "an override mode", _OVERRIDE),
     ("G65 G66 G67", "a macro call of Fanuc controls", "use O<name> call [a] [b]"),
-    ("G68 G69", "a turned coordinate system", "turn the points with SIN and COS, or use @ and ^"),
+    ("G68", "a turned coordinate system", "use G10 L2 with R, or turn the points with SIN and COS"),
+    ("G69", "the end of a turned coordinate system", f"{_OFF}; G10 L2 P0 R0 ends that of G10"),
     ("G68.2 G69.1 G53.1", "a tilted work plane", "use G43.4 with A and C"),
     ("G75 G76 G90.2 G92.4", "a lathe cycle", _LATHE),
     ("G74 G84 G84.1 G88 G84.2 G84.3", "tapping, or a cycle with spindle stop", "use G33.1 with K"),
     ("G86 G87", "a boring cycle with spindle stop", "use G85 or G89"),
     ("G95", "feed per turn of the spindle", f"{_SPINDLE}; use G94"),
-    ("G96 G97", "a mode of the spindle's speed", f"{_SPINDLE}; S alone is accepted"),
+    ("G96", "a constant cutting speed", f"{_SPINDLE}; S alone is accepted"),
+    ("G97", "a constant speed of the spindle", "remove it; S alone means the same"),
     ("M10 M11", "a clamp of an axis", _IO),
     ("M19", "an oriented spindle stop", _SPINDLE),
     ("M29", "rigid tapping", "use G33.1 with K"),

@@ -31,6 +31,8 @@ GROWTH, TRIES = 1.25, 4
 STEEPEST = 8.0  # slope of a doublet's current by its size and length
 RISE = 0.15  # of the bus voltage, for that slope
 MOST_OFF = 0.25  # largest distance from the sine as a share of its size
+REST, LONGEST_REST = 3 * MILLISECOND, 120 * MILLISECOND
+STILL = np.radians(0.02)  # electrical, in REST
 TURN = 0.5  # s of an electrical turn
 MOST_WAY = 0.05  # largest error of the way of a turn, as a share
 
@@ -102,11 +104,12 @@ def _fitted(bench: Bench, loop: SafeLoop, length: int) -> tuple[float, float, fl
     """Angle at count 0 [rad], size of the sine, largest distance from it, largest way [counts]."""
     per_count = bench.one.motor.wave * bench.one.resolution
     directions = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
-    # An opposite direction after each: the rotor stays where it is.
+    # An opposite direction after each: what cogging and friction add is the same for both.
     sequence = [d + turn for d in directions[: DIRECTIONS // 2] for turn in (0.0, np.pi)]
     moves, at, largest = np.array([_doublet(bench, loop, d, length) for d in sequence]).T
-    angles = np.array(sequence) - per_count * at
-    basis = np.stack([np.cos(angles), np.sin(angles), np.ones(DIRECTIONS)], axis=1)
+    angles = directions[: DIRECTIONS // 2] - per_count * (at[::2] + at[1::2]) / 2
+    moves = (moves[::2] - moves[1::2]) / 2
+    basis = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     fit, *_ = np.linalg.lstsq(basis, moves, rcond=None)
     # moves = size * sin(direction - angle)
     angle, size = wrapped(np.arctan2(-fit[0], fit[1])), float(np.hypot(*fit[:2]))
@@ -118,6 +121,7 @@ def _doublet(
 ) -> tuple[float, float, float]:
     """Size of the move along the bump [counts], counts before, largest way."""
     one = bench.one
+    _rest(bench, loop)
     u = np.pi * (np.arange(length) + 0.5) / length
     profile = np.zeros(length + max(length // 2, 2 * MILLISECOND))
     profile[:length] = 3 * (np.sin(u) * np.cos(u)) ** 2 - np.sin(u) ** 4
@@ -130,6 +134,17 @@ def _doublet(
     basis = np.stack([ideal, np.linspace(0, 1, length)], axis=1)
     fit, *_ = np.linalg.lstsq(basis, moved, rcond=None)
     return float(fit[0]), float(counts[0]), float(np.abs(counts - counts[0]).max())
+
+
+def _rest(bench: Bench, loop: SafeLoop) -> None:
+    """Wait without current until the counts stay, `LONGEST_REST` at most: what the rotor then still
+    moves is a straight line in the next move."""
+    per_count = bench.one.motor.wave * bench.one.resolution
+    still = max(1.0, STILL / per_count)
+    for _ in range(LONGEST_REST // REST):
+        counts = bench.run(bench.orders(REST, **loop.gains)).counts
+        if np.ptp(counts) <= still:
+            return
 
 
 def eased(n: int) -> NDArray[np.float64]:

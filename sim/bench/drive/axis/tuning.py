@@ -155,7 +155,8 @@ def go(bench: Bench, found: Found, begin: float, end: float) -> tuple[Record, ND
     time = max(2 * abs(way) / speed, math.sqrt(2 * math.pi * abs(way) / acceleration), 0.02)
     n = round(time / LOOP_PERIOD)
     s = np.arange(n) / n
-    wait = round(min(3 / (0.2 * 2 * np.pi * one.velocity_bandwidth), 0.3) / LOOP_PERIOD)
+    # Static friction holds the rest of the way until the integral has grown.
+    wait = round(min(10 / (INTEGRAL * 2 * np.pi * one.velocity_bandwidth), 0.5) / LOOP_PERIOD)
     rows = np.zeros((n + wait, 5))
     rows[:n, 0] = begin + (end - begin) * (s - np.sin(2 * np.pi * s) / (2 * np.pi))
     rows[n:, 0] = end
