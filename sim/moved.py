@@ -42,7 +42,7 @@ MOVED = {
     "planner": "motion.planner",
     "trajectory": "motion.trajectory",
     "command": "motion.command",
-    **{f"motion.{name}": f"bench.motion.{name}" for name in ("goals", "show", "step_stream")},
+    **{f"motion.{name}": f"bench.motion.{name}" for name in ("show", "step_stream")},
     "robots": "laws",
     **{
         f"robots.{name}": f"bench.shown_robots.{name}"
