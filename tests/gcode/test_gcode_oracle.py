@@ -90,6 +90,10 @@ PROGRAMS = {
         "G0 Z10\nG85 X2 Y2 Z-3 R1 F100\nX4\nG99 X6\nG98 X7\nG89 X4 Y2 Z-3 R1 P.5\nG99 X9\nG80\n"
         "G91 G85 X1 Z-1 R1 L3\nG80 G90\nG20\nG98 G85 X1 Y1 Z-.2 R.1 F5\nG80"
     ),
+    "tapping": (
+        "G0 Z10\nM3 S100\nG84 X2 Y2 Z-3 R1 F100 P.2\nX4\nG99 X6 P.4\nG98 X7\nG80\n"
+        "G91 G84 X1 Z-1 R1 L3 P.1\nG80 G90\nM4\nG20\nG74 X1 Y1 Z-.2 R.1 F5 P0\nX2 P.1\nG80"
+    ),
     "incremental cycles": (
         "G0 X1 Y1 Z5\nG91 G81 X2 Y1 Z-3 R-1 L3 F50\nG83 Z-2 R-1 Q.5 X1 L2\nG80 G90"
     ),
@@ -186,6 +190,10 @@ REFUSED = {
     "cycle below R": "G81 X1 Z3 R1 F100",
     "peck without Q": "G83 X1 Z-1 R1 F100",
     "chip breaking without Q": "G73 X1 Z-1 R1 F100",
+    "tap with a spindle that does not turn": "G84 X1 Z-1 R1 F100",
+    "tap with a spindle that turns the other way": "M4 S100\nG84 X1 Z-1 R1 F100",
+    "left tap with a spindle that turns the other way": "M3 S100\nG74 X1 Z-1 R1 F100",
+    "left tap with repeats": "M4 S100\nG74 X1 Z-1 R1 L2 F100",
     "boring without P": "G89 X1 Z-1 R1 F100",
     "dwell without time": "G4",
     "shift without axes": "G92",

@@ -12,7 +12,9 @@ from sim.motion.geometry.moves import AXES, Motion, Plane
 
 MAX_LINE_NUMBER = 99999  # NISTIR 6556, 3.3.1
 
-CYCLES = ("G73", "G81", "G82", "G83", "G85", "G89")
+TAPS = {"G74": "M4", "G84": "M3"}
+"""Tapping cycles: the word by which the spindle turns."""
+CYCLES = ("G73", "G81", "G82", "G83", "G85", "G89", *TAPS)
 SPLINES = ("G5", "G5.1", "G5.2", "G5.3")
 THREADS = ("G33", "G33.1")
 LATHE = ("G70", "G71", "G71.1", "G71.2", "G72", "G72.1", "G72.2")
@@ -55,6 +57,7 @@ _MOVES = {
     **dict.fromkeys(("G2", "G3"), _PLACE + OFFSETS + "RP"),
     **{"G81": "XYZ@^RL", "G82": "XYZ@^RLP", "G83": "XYZ@^RLQ"},
     **{"G73": "XYZ@^RLQ", "G85": "XYZ@^RL", "G89": "XYZ@^RLP"},
+    **{"G74": "XYZ@^RP", "G84": "XYZ@^RLP"},  # as LinuxCNC: no L for G74
     **{"G5": "XYIJPQ", "G5.1": "XYIJ", "G5.2": "XYPL", "G5.3": ""},
 }
 """Letters that a motion uses."""

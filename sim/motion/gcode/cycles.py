@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drilling and boring cycles G73 G81 G82 G83 G85 G89: LinuxCNC's moves, in all planes."""
+"""Drilling, boring and tapping cycles G73 G74 G81-G85 G89: LinuxCNC's moves, in all planes."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
+from sim.motion.gcode.block import TAPS
 from sim.motion.gcode.state import State
 from sim.motion.gcode.targets import add_polar
 from sim.motion.gcode.words import Word
@@ -89,6 +90,13 @@ def _accepted(state: State, values: dict[str, Word], axis: int, at: Word) -> boo
     if state.modes.inverse_time:
         state.report(at, f"{cycle} with G93", "feed per minute (G94)", "write G94 before")
         return False
+    turning = TAPS.get(cycle or "", state.modes.turning)
+    if turning != state.modes.turning:
+        now = f"after {state.modes.turning}" if state.modes.turning else "that does not turn"
+        state.report(
+            at, f"{cycle} with a spindle {now}", f"{turning} before", f"write {turning} before"
+        )
+        return False
     needed = (_LETTERS[axis], "R", *_NEEDED.get(cycle or "", ""))
     for letter in needed:
         if letter in values:
@@ -102,6 +110,8 @@ def _accepted(state: State, values: dict[str, Word], axis: int, at: Word) -> boo
                 "write for instance G81 X10 Y10 Z-5 R2",
             )
             return False
+    if cycle in TAPS and "P" in values:
+        state.sticky["P"] = values["P"].value
     repeats = values.get("L")
     if repeats is not None and (repeats.value < 1 or not repeats.value.is_integer()):
         state.report(repeats, "the number of repeats", "an integer of at least 1", "L3")
@@ -142,6 +152,8 @@ def _hole_steps(
     yield to(Motion.LINEAR, bottom)
     if cycle in ("G82", "G89"):
         yield state.sticky["P"]
+    if cycle in TAPS:  # the spindle turns back on this way
+        yield state.sticky.get("P", 0.0)
     if cycle == "G85":
         yield to(Motion.LINEAR, retract)
-    yield to(Motion.LINEAR if cycle == "G89" else Motion.RAPID, clear)
+    yield to(Motion.LINEAR if cycle in ("G89", *TAPS) else Motion.RAPID, clear)

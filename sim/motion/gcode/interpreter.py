@@ -4,14 +4,15 @@
 Text in, moves out, as a stream or one Program. Accepted: G0 G1 G2 G3 (I J K or R, helices), G4, G5
 G5.1 G5.2 G5.3 (splines.py), G33 G33.1 (threads), G38.2-G38.5 (probing, up to the end), G7 G8, G10
 L2 L20, G17-G19, G20 G21, G28 G28.1, G40-G42 with D and G41.1 G42.1 (cutter compensation), G43 H
-G49, G43.4 (coordinates of the table, table_frame.py), G53, G54-G59.3, G61 G61.1 G64 P Q, G73
-G80-G83 G85 G89 with G98 G99, lathe cycles G70-G72.2 (lathe.py), G90 G91, G90.1 G91.1, G92
+G49, G43.4 (coordinates of the table, table_frame.py), G53, G54-G59.3, G61 G61.1 G64 P Q,
+G73 G74 G80-G85 G89 with G98 G99, lathe cycles G70-G72.2 (lathe.py), G90 G91, G90.1 G91.1, G92
 G92.1-G92.3, G93 G94, polar words @ ^, T M6, M2 M30, M70-M73, O words (flow.py), parameters and
 expressions (expressions.py), comments `( )` and `;`, one pair of `%` lines. M0 M1 M60 and M6 are
 rests of 0 s: the path stops, no operator is waited for.
-M7-M9 are read and do nothing, S and M3-M5 only give G33 its feed, because coolant and spindle have
-no output here. A (tilt) and C (rotation) are table axes in degrees in either length unit. At the
-start G8, G17, G21, G40, G54, G61, G90, G91.1, G94 and G98 hold and no motion is selected.
+M7-M9 are read and do nothing, S and M3-M5 only give G33 its feed and let G74 and G84 run, because
+coolant and spindle have no output here. A (tilt) and C (rotation) are table axes in degrees in
+either length unit. At the start G8, G17, G21, G40, G54, G61, G90, G91.1, G94 and G98 hold and no
+motion is selected.
 
 Two points follow one reading of the standard where machines differ: the words of a block are in
 the length unit the block itself selects, and a centre-format arc without end words is a full turn.

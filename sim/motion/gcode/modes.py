@@ -44,7 +44,7 @@ def select_modes(state: State, codes: dict[str, Word], values: dict[str, Word]) 
         elif group == "tool":
             _select_tool_frame(state, word, values)
         elif group == "spindle":
-            modes.turning = code != "M5"
+            modes.turning = "" if code == "M5" else code
         elif group == "lathe":
             modes.diameter = code == "G7"
         elif group == "override":

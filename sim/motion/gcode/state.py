@@ -28,7 +28,8 @@ _ZERO: Pose = (0.0,) * 5
 class Modes:
     """What M70 saves: LinuxCNC's list where it has an effect here; the motion is not in it.
 
-    tolerance and merge [mm], exact_stop, override: as of a Move; speed: S [1/min]; turning: M3, M4.
+    tolerance and merge [mm], exact_stop, override: as of a Move; speed: S [1/min]; turning: M3,
+    M4 or empty.
     """
 
     plane: Plane = Plane.XY
@@ -44,7 +45,7 @@ class Modes:
     exact_stop: bool = False
     override: bool = True
     speed: float = 0.0
-    turning: bool = False
+    turning: str = ""
     retract_to_r: bool = False
     system_index: int = 0
     in_table_frame: bool = False

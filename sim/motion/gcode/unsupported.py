@@ -45,7 +45,7 @@ _TABLE = (
     ("G69", "the end of a turned coordinate system", f"{_OFF}; G10 L2 P0 R0 ends that of G10"),
     ("G68.2 G69.1 G53.1", "a tilted work plane", "use G43.4 with A and C"),
     ("G75 G76 G90.2 G92.4", "a lathe cycle", _LATHE),
-    ("G74 G84 G84.1 G88 G84.2 G84.3", "tapping, or a cycle with spindle stop", "use G33.1 with K"),
+    ("G84.1 G84.2 G84.3 G88", "rigid tapping, or a cycle with spindle stop", "use G33.1 with K"),
     ("G86 G87", "a boring cycle with spindle stop", "use G85 or G89"),
     ("G95", "feed per turn of the spindle", f"{_SPINDLE}; use G94"),
     ("G96", "a constant cutting speed", f"{_SPINDLE}; S alone is accepted"),
