@@ -19,7 +19,7 @@ from tests.bench.needs import needs
 
 pytestmark = needs("rs274")
 
-HEAD = "G21 G90 G17 G94 G54 G98\n"  # without a word rs274 begins with G99, ours with G98
+HEAD = "G21 G90 G17 G94 G54 G98\n"
 PROGRAMS = {
     "lines and rapids": "G0 X1 Y2 Z3\nG1 X-4.5 F200\nY7 A10 C-30\nG0 A0\nG1 C90 F500",
     "arcs by centre": "G1 X10 F300\nG2 X0 Y-10 I-10 J0\nG3 X10 Y0 I0 J10 Z5\nG3 I-10",
@@ -175,6 +175,10 @@ PROGRAMS = {
     "motion words alone": "G0\nG1 F100\nX1\nG0\nX2",
     "letters in any order and case": "n10 y1 g1 f100 (comment) x 2 ; end\nx3g0z1",
 }  # fmt: skip
+
+
+def test_rs274__cycle_without_g98_or_g99__ends_at_the_same_height():
+    assert differences("G21 G90 G0 X0 Y0 Z10\nG81 X1 Z-3 R2 F100\nX5\nG80\nG0 X9\nM2\n") == []
 
 
 @pytest.mark.parametrize("name", PROGRAMS)

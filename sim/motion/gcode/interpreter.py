@@ -11,7 +11,7 @@ expressions (expressions.py), comments `( )` and `;`, one pair of `%` lines. M0 
 rests of 0 s: the path stops, no operator is waited for.
 M7-M9 are read and do nothing, S and M3-M5 only give G33 its feed and let G74 and G84 run, because
 coolant and spindle have no output here. A (tilt) and C (rotation) are table axes in degrees in
-either length unit. At the start G8, G17, G21, G40, G54, G61, G90, G91.1, G94 and G98 hold and no
+either length unit. At the start G8, G17, G21, G40, G54, G61, G90, G91.1, G94 and G99 hold and no
 motion is selected.
 
 Two points follow one reading of the standard where machines differ: the words of a block are in

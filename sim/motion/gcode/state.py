@@ -46,7 +46,7 @@ class Modes:
     override: bool = True
     speed: float = 0.0
     turning: str = ""
-    retract_to_r: bool = False
+    retract_to_r: bool = True
     system_index: int = 0
     in_table_frame: bool = False
     tool_offset: Pose = _ZERO
