@@ -66,17 +66,28 @@ class Gains:
         self._words, self._changed = words, changed
         return different
 
+    def _texts(self) -> dict[str, str]:
+        """Text of the program and of the files that it includes, by name."""
+        text = self._source.read_text(encoding="utf-8")
+        included = re.findall(r'(?m)^\.include\s+"([^"]+)"', text)
+        files = [self._source, *(self._source.parent / name for name in included)]
+        return {file.name: file.read_text(encoding="utf-8") for file in files}
+
     def _words_with(self, gains: Mapping[str, float]) -> dict[int, int] | None:
         """None: the program is another one."""
-        text = self._source.read_text(encoding="utf-8")
+        texts = self._texts()
         for name, value in gains.items():
-            line = rf"(?m)^(\.const\s+{name}\s*=).*$"
-            text, found = re.subn(line, rf"\g<1> {value!r}", text)
+            line, found = rf"(?m)^(\.const\s+{name}\s*=).*$", 0
+            for file, text in texts.items():
+                texts[file], here = re.subn(line, rf"\g<1> {value!r}", text)
+                found += here
             if found != 1:
-                raise GainError(f"{self._source.name} has {found} constants {name}, not one")
+                named = " and ".join(texts)
+                raise GainError(f"{named}: {found} constants {name}, not one")
         with tempfile.TemporaryDirectory() as folder:
+            for file, text in texts.items():
+                write_text(Path(folder, file), text)
             copy = Path(folder, self._source.name)
-            write_text(copy, text)
             try:
                 image = assemble(
                     copy,

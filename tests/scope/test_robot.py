@@ -212,7 +212,7 @@ def test_page__data_move__a_gain_changes_the_response__a_fault_fills_the_black_b
         browser.evaluate("document.querySelector('#put button').click()")
         browser.until("!document.getElementById('fault').hidden")
         text = browser.evaluate("document.getElementById('fault-text').textContent")
-        assert "NOT_FINITE" in text and "tracking_optimised.s:" in text
+        assert "NOT_FINITE" in text and "tracking_law.inc:" in text
         cells = "[...document.querySelectorAll('#last-ticks tr')].map(r => r.lastChild.textContent)"
         browser.until(f"{cells}.includes('nan')")
         browser.until("lastFrame.kind === 'blackbox'")
