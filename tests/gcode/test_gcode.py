@@ -16,7 +16,7 @@ def ends(program: GcodeProgram) -> list[tuple[float, ...]]:
 
 
 def test_parse__inches__are_converted_and_degrees_are_not():
-    program = parse("G20 G1 X1 Y-0.5 Z20 A10 F10\nG21 X1 F100\nM2")
+    program = parse("G20\nG1 X1 Y-0.5 Z20 A10 F10\nG21\nX1 F100\nM2")
     first, second = ends(program)
     assert first == pytest.approx((25.4, -12.7, 508.0, 10.0, 0.0))
     assert second == pytest.approx((1.0, -12.7, 508.0, 10.0, 0.0))
@@ -24,7 +24,7 @@ def test_parse__inches__are_converted_and_degrees_are_not():
 
 
 def test_parse__feed_in_inches__keeps_its_value_after_a_change_of_unit():
-    program = parse("G20 G1 X1 F10\nG21 X1\nM2")
+    program = parse("G20\nG1 X1 F10\nG21 X1\nM2")
     assert [move.feed for move in program.moves] == pytest.approx([254.0, 254.0])
 
 

@@ -86,6 +86,8 @@ PROGRAMS = {
         "G0 Z10\nG73 X1 Y1 Z-5 R1 Q2 F100\nX3\nG99 X5 L2\nG80 G98 G0 Z9\n"
         "G91 G73 X2 Z-3 R-1 Q.7 L2\nG90 G80\nG18 G0 Y9\nG73 X1 Y-3 Z2 R4 Q1\nX2 Q2\nG80"
     ),
+    "feed before the unit of its block": "G1 X1 F100\nG20 X2 F60\nX3\nG21 X4 F90\nX5",
+    "long line numbers and feeds": "N100100 G1 X1 F100000000.\nN1001000 X2",
     "boring": (
         "G0 Z10\nG85 X2 Y2 Z-3 R1 F100\nX4\nG99 X6\nG98 X7\nG89 X4 Y2 Z-3 R1 P.5\nG99 X9\nG80\n"
         "G91 G85 X1 Z-1 R1 L3\nG80 G90\nG20\nG98 G85 X1 Y1 Z-.2 R.1 F5\nG80"

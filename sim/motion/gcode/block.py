@@ -10,7 +10,7 @@ from sim.motion.gcode.unsupported import known_letter, known_word
 from sim.motion.gcode.words import OFFSETS, Word, WordReport
 from sim.motion.geometry.moves import AXES, Motion, Plane
 
-MAX_LINE_NUMBER = 99999  # NISTIR 6556, 3.3.1
+MAX_LINE_NUMBER = 9_999_999  # CAM writes more than the 99 999 of NISTIR 6556, 3.3.1
 
 TAPS = {"G74": "M4", "G84": "M3"}
 """Tapping cycles: the word by which the spindle turns."""

@@ -9,7 +9,7 @@ from sim.motion.gcode.block import TAPS
 from sim.motion.gcode.state import State
 from sim.motion.gcode.targets import add_polar
 from sim.motion.gcode.words import Word
-from sim.motion.geometry.moves import AXES, Motion, Pose, pose_of
+from sim.motion.geometry.moves import AXES, Motion, Plane, Pose, pose_of
 
 # LinuxCNC's G83_RAPID_DELTA: the rapid back into the hole ends so far above its bottom, and G73
 # breaks the chip by so much.
@@ -89,6 +89,14 @@ def _accepted(state: State, values: dict[str, Word], axis: int, at: Word) -> boo
     cycle = state.motion
     if state.modes.inverse_time:
         state.report(at, f"{cycle} with G93", "feed per minute (G94)", "write G94 before")
+        return False
+    if cycle in TAPS and state.modes.plane is not Plane.XY:
+        state.report(
+            at,
+            f"{cycle} in {state.modes.plane.value}",
+            "G17",
+            "LinuxCNC exchanges the axes of a tap in G18 and G19; use G33.1 with K there",
+        )
         return False
     turning = TAPS.get(cycle or "", state.modes.turning)
     if turning != state.modes.turning:

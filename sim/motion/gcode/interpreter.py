@@ -14,8 +14,9 @@ coolant and spindle have no output here. A (tilt) and C (rotation) are table axe
 either length unit. At the start G8, G17, G21, G40, G54, G61, G90, G91.1, G94 and G99 hold and no
 motion is selected.
 
-Two points follow one reading of the standard where machines differ: the words of a block are in
-the length unit the block itself selects, and a centre-format arc without end words is a full turn.
+Two points follow one reading of the standard where machines differ: the words of a block but F are
+in the length unit the block itself selects, and a centre-format arc without end words is a full
+turn.
 
 All mistakes of a file are collected (at most MAX_ERRORS) and raised together as GcodeErrors.
 
@@ -225,13 +226,16 @@ class _Parser:
             self.state.loaded = self.state.chosen
             self.output.tool_changed()
             self.actions.rest(0.0)
+        scale = (
+            self.state.modes.mm_per_unit
+        )  # F comes before the unit of its block (NISTIR 6556, 3.8)
         select_modes(self.state, codes, values)
         if self.state.modes.diameter and "X" in values:
             values["X"] = replace(values["X"], value=values["X"].value / 2)
         self.output.at = codes.get("motion") or words[0]
         self.output.select(codes, values)
         feed = values.pop("F", None)
-        set_feed(self.state, feed)
+        set_feed(self.state, feed, scale)
         single, motion = codes.get("single"), codes.get("motion")
         spline = motion.code if motion is not None and motion.code in SPLINES else ""
         if clean and len(self.mistakes.found) == known:

@@ -84,8 +84,8 @@ def _select_path(state: State, codes: dict[str, Word], values: dict[str, Word]) 
         modes.merge = merge.value * modes.mm_per_unit
 
 
-def set_feed(state: State, word: Word | None) -> None:
-    """F, as `word`; with G93 each block needs its own."""
+def set_feed(state: State, word: Word | None, mm_per_unit: float) -> None:
+    """F, as `word`, in a unit of so many mm; with G93 each block needs its own."""
     modes = state.modes
     if modes.inverse_time:
         modes.feed = None
@@ -94,7 +94,7 @@ def set_feed(state: State, word: Word | None) -> None:
     if word.value < 0.0:
         state.report(word, "the feed is negative", "F greater than 0", "write for instance F2000")
     modes.feed = abs(word.value) or None  # F0 is no feed; only rapids may follow
-    modes.feed_mm_per_unit = modes.mm_per_unit
+    modes.feed_mm_per_unit = mm_per_unit
 
 
 def tool_number(state: State, word: Word) -> int:

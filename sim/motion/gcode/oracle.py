@@ -49,7 +49,7 @@ SAMPLES = "share/linuxcnc/ncfiles"  # path below the folder of bin/rs274
 MODULES = "lib/python3/dist-packages"
 TOOLS = "share/doc/linuxcnc/examples/sample-configs/common/tool.tbl"  # lengths in inches, as rs274
 DIGITS = 1.01e-4  # rs274 prints four decimals of mm or inch; sums of two of them
-_RECORD = re.compile(r"^ *\d+ (?:N\d{6}|N\S* +)([A-Z][A-Z0-9_]*)\((.*)\)\s*$")
+_RECORD = re.compile(r"^ *\d+ (?:N\d{6,}|N\S* +)([A-Z][A-Z0-9_]*)\((.*)\)\s*$")
 _NUMBERED = re.compile(r"^ *\d+ N")
 # Records without a path; the comparison passes over them.
 _NO_PATH = frozenset(

@@ -19,6 +19,7 @@ from sim.motion.gcode.expressions import FUNCTIONS, LETTERS, Key, ValueReader
 
 OFFSETS = "IJK"  # letters of the centre of an arc
 MAX_NUMBER = 1e7  # larger magnitudes are typing mistakes on any machine
+MAX_FEED = 1e12  # of F: a number that no machine reaches says as fast as it can
 
 
 @dataclass(frozen=True)
@@ -222,7 +223,7 @@ class LineReader(ValueReader):
                 letter,
             )
         text = self.source[begin : self.at].rstrip()
-        self._check_range(begin, text, value)
+        self._check_range(begin, text, value, MAX_FEED if letter in "Ff" else MAX_NUMBER)
         return Word(letter.upper(), value, self._as_written(begin, text), begin + 1)
 
     def _starts_value(self) -> bool:
@@ -241,9 +242,11 @@ class LineReader(ValueReader):
             )
         return float(number)
 
-    def _check_range(self, begin: int, text: str, value: float) -> None:
-        if not abs(value) <= MAX_NUMBER:
-            most = f"a magnitude of at most {MAX_NUMBER:g}"
+    def _check_range(
+        self, begin: int, text: str, value: float, largest: float = MAX_NUMBER
+    ) -> None:
+        if not abs(value) <= largest:
+            most = f"a magnitude of at most {largest:g}"
             self._fail("the number is out of range", most, "check the decimal point", begin, text)
 
     def _setting(self, begin: int) -> tuple[Key, float, int, str]:
