@@ -33,7 +33,7 @@ MEASURED_STATES = frozenset(
 SET_POINTS = TRACKING.set_points
 COUNTS = TRACKING.measurements
 STAMPS = tuple(f"stamp{n}" for n in range(1, 6))
-"""Inputs of a program that takes speeds from time stamps, behind the counts."""
+"""Inputs of a program that takes speeds from time stamps; they follow the counts."""
 OUTPUTS = tuple(signal.name for signal in TRACKING.outputs)
 POSITIONS = ("l1", "l2", "l3", "theta4", "theta5")
 VELOCITIES = ("v1", "v2", "v3", "omega4", "omega5")

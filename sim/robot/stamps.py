@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Speeds from the time between counts: the encoders' stamps, and the law's use of them.
 
-At a count the place of an axis is exact, half a count beside the number that the decoder shows.
+At the instant of a count the position is exact: half a count from the number that is shown.
 e_v is the way that desired speed and acceleration make between two counts, at least half a tick
 apart, less the counts' own, over that time (the M/T method [T. Ohmae, T. Matsuda, K. Kamiyama,
 M. Tachikawa, IEEE Trans. Ind. Electron. 29(3), 1982], on errors, so that a motion as desired is
@@ -104,7 +104,7 @@ def slips(
 
 
 class StampedPlant(Plant):
-    """The plant with stamps behind the counts: `counts` and `step` give ten integers.
+    """The plant whose stamps follow the counts: `counts` and `step` give ten integers.
 
     Between two ticks an axis moves by the cubic through its positions and speeds at both.
     """

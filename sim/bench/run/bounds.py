@@ -145,7 +145,7 @@ def _observer(
     inner: FloatArray,
     terms: FloatArray,
 ) -> _Off:
-    """inner, terms: error and size of what the law asks for, but for the observers' states.
+    """inner, terms: error and size of what the law asks for, without the observers' states.
 
     Of a tick, r: u of the resolution and of the sum; u of each gain, product and sum. a + p: 2u of
     both; the prediction: 3u of its position, 2u of T a and u of the speed. Errors of the states go

@@ -49,10 +49,6 @@ PROGRAMS = ROOT / "asip_asm/programs"
 MANY_STOPS = 20  # the run suggests G64 from this many stops on
 # Task that runs a program of FPGA3 -> key in results.json; source in PROGRAMS: tracking_<key>.s.
 KEYS = {AS_PRINTED: "as_printed", OPTIMISED: "optimised", OBSERVER: "observer", STAMPS: "stamps"}
-SPEED_OF = {
-    "observer": "observer",
-    "stamps": "stamps",
-}  # of a program, by its key, where it is not a difference
 
 
 class PathError(ValueError):
@@ -84,7 +80,7 @@ class Order:
     @property
     def programs(self) -> tuple[str, ...]:
         """Tasks of FPGA3 besides the two that always run."""
-        return {"observer": (OBSERVER,), "stamps": (STAMPS,)}.get(self.speed, ())
+        return () if self.speed == SPEEDS[0] else (self.speed,)
 
     @property
     def looked_at(self) -> str:
@@ -423,7 +419,7 @@ def _compared(robot: Robot, path: SetPoints, measured: _Measured) -> dict[str, A
     comparisons = {
         key: common
         if key == "as_printed"
-        else compare(robot, path, run.recording.counts, SPEED_OF.get(key, SPEEDS[0]))
+        else compare(robot, path, run.recording.counts, key if key in SPEEDS else SPEEDS[0])
         for key, run in measured.programs.items()
     }
     data = results(robot, path, measured.programs, comparisons, common, measured.single)
