@@ -50,11 +50,11 @@ def marked_soon(mark: str, command: str) -> dict[int, str]:
     A process that has just begun a program has no variables yet, and `marked` does not see it.
     """
     end = time.monotonic() + DEADLINE
-    while command not in {t.strip() for t in (found := marked(mark)).values()}:
-        if time.monotonic() > end:
-            break
+    while True:
+        found = marked(mark)
+        if command in {text.strip() for text in found.values()} or time.monotonic() > end:
+            return found
         time.sleep(0.02)
-    return found
 
 
 def marked_environment(mark: str) -> dict[str, str]:
