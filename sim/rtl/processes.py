@@ -56,6 +56,30 @@ def processes(jobs: int) -> Iterator[ProcessPoolExecutor]:
         pool.shutdown(wait=True, cancel_futures=True)
 
 
+class _Held:
+    """Signals that Python handles wait from now until `release`.
+
+    A program that is being started can then not be lost: a handler that raises in the middle of it
+    would leave nobody who knows the program's number.
+    """
+
+    def __init__(self) -> None:
+        self.came: list[int] = []
+        self.handlers: dict[int, Any] = {}
+        if threading.current_thread() is threading.main_thread():
+            for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+                if callable(handler := signal.getsignal(number)):
+                    self.handlers[number] = handler
+                    signal.signal(number, lambda number, frame: self.came.append(number))
+
+    def release(self) -> None:
+        """The handlers are those of before, and get what has come meanwhile."""
+        for number, handler in self.handlers.items():
+            signal.signal(number, handler)
+        for number in self.came:
+            signal.raise_signal(number)
+
+
 def run_group(
     command: Sequence[str | Path],
     timeout: float | None = None,
@@ -70,9 +94,15 @@ def run_group(
     streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     if input is not None:
         streams["stdin"] = subprocess.PIPE
-    job = subprocess.Popen(command, start_new_session=True, **(streams | options))
+    held = _Held()
+    try:
+        job = subprocess.Popen(command, start_new_session=True, **(streams | options))
+    except BaseException:
+        held.release()
+        raise
     with job:
         try:
+            held.release()
             said, errors = job.communicate(input, timeout)
         except BaseException:
             os.killpg(job.pid, signal.SIGKILL)  # Its number is not given away before the wait.

@@ -181,7 +181,10 @@ def test_table_move__programmed_in_inches__keeps_its_degrees_and_its_feed():
 
 
 def test_feed__in_inches__is_converted():
-    assert only_block("G20 G1 X1 F10").speed == pytest.approx(0.254 / 60)
+    """F comes before the unit in a block's order (NISTIR 6556, table 8): G20 acts on later F."""
+    here, later = build_path(parse("G20 G1 X1 F10\nX2 F10\nM2"))
+    assert here.speed == pytest.approx(0.010 / 60)
+    assert later.speed == pytest.approx(0.254 / 60)
 
 
 def test_rapid__of_the_table__runs_the_faster_axis_at_its_limit():

@@ -6,6 +6,7 @@ from __future__ import annotations
 import os
 import re
 import signal
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -41,6 +42,19 @@ def marked(mark: str) -> dict[int, str]:
     """Number -> command line of the processes with a value of `MARK`."""
     wanted = f"{MARK}={mark}".encode()
     return _running(lambda folder: wanted in (folder / "environ").read_bytes().split(b"\0"))
+
+
+def marked_soon(mark: str, command: str) -> dict[int, str]:
+    """`marked` once a process with this command line is there; as it is after `DEADLINE`.
+
+    A process that has just begun a program has no variables yet, and `marked` does not see it.
+    """
+    end = time.monotonic() + DEADLINE
+    while True:
+        found = marked(mark)
+        if command in {text.strip() for text in found.values()} or time.monotonic() > end:
+            return found
+        time.sleep(0.02)
 
 
 def marked_environment(mark: str) -> dict[str, str]:

@@ -14,7 +14,7 @@ import pytest
 
 from tests.security import campaign_kills
 from tests.security.campaign_kills import PNG_END, children, damage, outputs, send, survivors
-from tests.security.sessions import MARK, marked, marked_environment
+from tests.security.sessions import MARK, marked, marked_environment, marked_soon
 
 
 @pytest.mark.parametrize(
@@ -48,7 +48,8 @@ def test_survivor__is_seen_in_any_session_and_ended(monkeypatch):
     )  # fmt: skip
     with job:
         assert job.stdout is not None and job.stdout.readline() == b"\n"
-        assert len(children(job.pid)) == 1
+        (child,) = children(job.pid)
+        assert set(marked_soon(mark, "sleep 600")) == {job.pid, child}
         send(job, ("SIGTERM", "first"), mark, random.Random(1))
         assert [text.strip() for text in survivors(job, mark, 10.0)] == ["sleep 600"]
         assert survivors(job, mark, 10.0) == []
@@ -75,6 +76,7 @@ def test_signal__goes_to_whom_its_kind_names(kind, dead):
     with job:
         assert job.stdout is not None and job.stdout.readline() == b"\n"
         (child,) = children(job.pid)
+        assert set(marked_soon(mark, "sleep 600")) == {job.pid, child}
         send(job, kind, mark, random.Random(1))
         gone = [job.pid, child] if all(dead) else [job.pid] if dead[0] else [child]
         end = time.monotonic() + campaign_kills.DEADLINE

@@ -18,7 +18,7 @@ from sim.core.fpbench import campaign
 from sim.core.fpbench.native import BenchError
 from sim.rtl import processes
 from tests.security.campaign_kills import survivors
-from tests.security.sessions import marked, marked_environment, members, obey_signals
+from tests.security.sessions import marked, marked_environment, marked_soon, members, obey_signals
 
 DEADLINE = 30.0  # s, against a hang
 LISTENS = "0A"  # state in the kernel's table
@@ -120,6 +120,24 @@ def test_program__that_is_not_over__ends_with_all_that_it_started(stopped, monke
     assert marked(mark) == {}
 
 
+def test_signal_while_a_program_starts__ends_it_and_all_that_it_started(monkeypatch):
+    """Its number is known although the signal comes before it can be."""
+    mark = f"start of {os.getpid()}"
+
+    class Slow(subprocess.Popen):
+        def __init__(self, *words, **options):
+            super().__init__(*words, **options)
+            assert self.stdout is not None and self.stdout.readline()
+            signal.raise_signal(signal.SIGINT)
+            marked_soon(mark, "sleep 600")
+
+    monkeypatch.setattr(subprocess, "Popen", Slow)
+    handler = signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt):
+        processes.run_group(["sh", "-c", GRANDCHILD], 20.0, env=marked_environment(mark))
+    assert marked(mark) == {} and signal.getsignal(signal.SIGINT) is handler
+
+
 def interrupt(job: subprocess.Popen[str], *_: object) -> None:
     """As Ctrl-C once the program runs."""
     assert job.stdout is not None and job.stdout.readline()
@@ -146,7 +164,7 @@ def test_stopped_tests__end_the_programs_that_they_run(name, workers, tmp_path):
     end = time.monotonic() + DEADLINE
     while not (tmp_path / "started").exists() and time.monotonic() < end:
         time.sleep(0.05)
-    assert any("sleep 600" in text for text in marked(mark).values())
+    assert "sleep 600" in [text.strip() for text in marked_soon(mark, "sleep 600").values()]
     job.send_signal(getattr(signal, name))
     assert job.wait(DEADLINE) != 0
     assert survivors(job, mark, DEADLINE) == []
