@@ -82,7 +82,8 @@ def goals(found: Mapping[str, dict[str, float] | str], seed: int = SEED) -> Iter
         yield at_most(f"{what}: {name}, identified from the start-up", worst(name), most, "%")
     name = f"{what}: Coulomb friction, identified, of the rated force"
     yield at_most(name, worst("friction"), 1.0, "%")
-    for name, most in MOST_ANGLE.items():
+    for name in ("without motion", "with motion"):
+        most = MOST_ANGLE[name]
         yield at_most(f"{what}: angle by alignment {name}", worst(name), most, "degrees")
     name = f"{what}: way of the rotor in the alignment without motion, electrical"
     yield at_most(name, worst("moved"), 15.0, "degrees")
