@@ -100,6 +100,8 @@ AREAS: dict[str, Area] = {
             "policies": "sim.bench.stream_law_goals:policies",
             "area and clock": "scripts.clock_goals:matrix",
         },
+        page="your_robot.md",
+        mark="goals",
     ),
     "motion": Area(
         "Motion front-end: planner, look-ahead, pulses, interpolators, drives.",
