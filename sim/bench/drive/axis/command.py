@@ -68,8 +68,8 @@ def identified(result: Result) -> Table:
         angle = result.found.still if name == "without motion" else result.found.angle
         view.add_row(f"angle {name}", f"{angle:.4f}", "", "rad", off)
     if result.found.offset is not None:
-        file = result.one.encoder_offset
-        given = "" if file is None else f"{file:.4f}"
+        entered = result.one.encoder_offset
+        given = "" if entered is None else f"{entered:.4f}"
         note = "" if given else f"enter encoder_offset = {result.found.offset:.4f}"
         view.add_row("encoder_offset", f"{result.found.offset:.4f}", given, "rad", note)
     return view
