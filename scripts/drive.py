@@ -3,6 +3,7 @@
 
     python -m scripts.drive           minutes: short runs; rows that need long ones say so
     python -m scripts.drive --full    whole path, 2 s of every clock, 10^9 edges, place and route
+    python -m scripts.drive guards motors    only these; the file keeps the rows of the others
     python -m scripts.drive --docs    write docs/drive.md from build/drive.json
     python -m scripts.drive motor.toml    bring up the motor of that file alone, to build/motor.*
 
@@ -25,7 +26,7 @@ from scripts.motion_size import area, speed
 from scripts.synth_unit import SynthesisError
 from sim.bench.drive.__main__ import main as simulate
 from sim.bench.drive.axis.campaign import rows as random_motors
-from sim.bench.drive.goals import FULL_RUN, Rows
+from sim.bench.drive.goals import FULL_RUN, Job, Part, Rows
 from sim.bench.drive.guards import campaign as campaign_of_guards
 from sim.laws.drive.clocks import CLOCK
 from sim.laws.drive.current_law import Setting
@@ -126,20 +127,35 @@ def blocks(full: bool, report: Callable[[str], None]) -> list[dict[str, Any]]:
     return found
 
 
-def hardware(
-    robot: Robot, drives: Drives, full: bool, rows: Rows, report: Callable[[str], None]
-) -> dict[str, Any]:
-    """Rows that are not simulated in the chain, and the blocks' sizes."""
-    report("one axis from its samples to its values, RTL")
-    clocks = max(latency(drives, Setting(robot.resolution)))
+def axis_latency(job: Job, rows: Rows) -> dict[str, Any]:
+    """One axis from its samples to its values, RTL."""
+    job.report("one axis from its samples to its values, RTL")
+    clocks = max(latency(job.drives, Setting(job.robot.resolution)))
     name = "sampling instant to new compare values, one axis on fast, RTL"
     rows.most(name, 1e6 * CLOCK * clocks, "us", LATENCY_US)
-    proofs(rows, report)
-    guards(robot, drives, rows, report)
-    rows += random_motors(report)
-    decoder(full, rows, report)
-    size(full, rows, report)
-    return {"blocks": blocks(full, report)}
+    return {}
+
+
+def _only(measure: Callable[[Job, Rows], None]) -> Part:
+    """A producer of rows without further fields."""
+
+    def part(job: Job, rows: Rows) -> dict[str, Any]:
+        measure(job, rows)
+        return {}
+
+    return part
+
+
+HARDWARE: dict[str, Part] = {
+    "latency": axis_latency,
+    "proofs": _only(lambda job, rows: proofs(rows, job.report)),
+    "guards": _only(lambda job, rows: guards(job.robot, job.drives, rows, job.report)),
+    "motors": _only(lambda job, rows: rows.extend(random_motors(job.report))),
+    "decoder": _only(lambda job, rows: decoder(job.full, rows, job.report)),
+    "size": _only(lambda job, rows: size(job.full, rows, job.report)),
+    "blocks": lambda job, rows: {"blocks": blocks(job.full, job.report)},
+}
+"""Producers besides those that are simulated in the chain (`sim.bench.drive.goals.PARTS`)."""
 
 
 def tools() -> str | None:
@@ -189,7 +205,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         text = page_text(PAGE.read_text(encoding="utf-8"), results)
         write_text(PAGE, text)
         return 0
-    return simulate(arguments, "python -m scripts.drive", hardware, tools)
+    return simulate(arguments, "python -m scripts.drive", HARDWARE, tools)
 
 
 if __name__ == "__main__":
