@@ -25,6 +25,7 @@ from asip_asm.model.onnx_file import OnnxPolicy, load_onnx
 from asip_asm.model.onnx_layers import Network, dense_layers
 from asip_asm.model.plan_items import PIPES
 from asip_asm.model.program import build
+from asip_asm.pace import Pace
 from sim.core.api import Core
 from sim.laws.mpc import build_mpc
 from sim.laws.mpc_flight import fly_core, fly_reference, quadrotor_problem
@@ -168,9 +169,10 @@ def _policy(
     random = np.random.default_rng(SEED)
     graph, outputs = built.compiled.graph, [port.name for port in law.of_kind("output")]
     unequal = other = 0
-    worst = 0.0
+    worst, pace = 0.0, Pace(f"{name}: inputs", count)
     with Core(built.image) as core:
         for begin_at in range(0, count, BATCH):
+            pace.at(begin_at)
             size = min(BATCH, count - begin_at)
             x = random.uniform(-3, 3, (size, sizes[0])).astype(np.float32)
             values = {f"obs{k}": x[:, k] for k in range(sizes[0])}
