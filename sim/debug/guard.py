@@ -34,7 +34,6 @@ LOG = logging.getLogger("microtick.guard")
 HELLO_S = 5.0
 """Seconds in which a client must show its token."""
 GRACE_S = 1.0
-POLL_S = 0.2
 LONGEST_HELLO = 128
 """Bytes of the line with the token."""
 HELLO = b"token "
@@ -213,10 +212,11 @@ def only_client(listener: socket.socket, say: Say) -> Iterator[None]:
     without a word. One that comes within GRACE_S before the end is left for the next `accept`.
     """
     done = threading.Event()
+    end, wake = socket.socketpair()  # the end needs no wait until the thread looks
 
     def turn_away() -> None:
         while not done.is_set():
-            if not select.select([listener], [], [], POLL_S)[0] or done.wait(GRACE_S):
+            if end in select.select([listener, end], [], [])[0] or done.wait(GRACE_S):
                 continue
             further = accept(listener, say)
             if further is not None:
@@ -229,7 +229,9 @@ def only_client(listener: socket.socket, say: Say) -> Iterator[None]:
         yield
     finally:
         done.set()
+        wake.close()
         thread.join()
+        end.close()
 
 
 @contextlib.contextmanager

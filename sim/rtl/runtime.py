@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Verilator's run-time library as objects, compiled once for all models; and the lock of builds.
+"""Verilator's run-time library as objects, and its header, compiled once for all models; and the
+lock of builds.
 
 Its sources take ten seconds of a processor, more than most models, and are the same in all.
 """
@@ -30,6 +31,7 @@ CPU = Path("/proc/cpuinfo")
 SEAL = ".sha256"
 INCLUDE = Path(verilator.__file__).resolve().parent / "include"
 DEFINES = ("-DVERILATOR=1", "-DVM_SC=0")
+INCLUDES = ("-I", str(INCLUDE), "-I", str(INCLUDE / "vltstd"))
 FLAGS = ("-Os", "-fPIC", "-std=c++20", *DEFINES)
 
 
@@ -108,18 +110,52 @@ def named_in(classes: Path) -> list[str]:
 
 def objects(*names: str) -> list[Path]:
     """Objects of sources of the library, for instance "verilated_vpi". Raises BuildError."""
-    key = repr((toolchain(), FLAGS))
-    folder = MODELS / f"verilated-{hashlib.sha256(key.encode()).hexdigest()[:16]}"
+    folder = _folder(FLAGS)
     return [_object(folder / f"{name}.o") for name in names]
 
 
+def precompiled(*flags: str) -> tuple[str, ...]:
+    """Options with which GCC reads the library's header as compiled before, for sources that are
+    compiled with these flags; other compilers get none. Raises BuildError.
+
+    The header and what it includes take most of the time of a small model. GCC takes the text
+    where further flags of a source do not fit.
+    """
+    if not is_gcc():
+        return ()
+    folder = _folder(flags)
+    folder.mkdir(parents=True, exist_ok=True)
+    header = folder / "models.h"
+    if not header.exists():
+        write_text(header, '#include "verilated.h"\n')
+    _made(folder / "models.h.gch", header, (*flags, *INCLUDES, "-x", "c++-header"))
+    return ("-include", str(header))
+
+
+@functools.cache
+def is_gcc() -> bool:
+    """Whether the compiler is GCC, whose precompiled headers and pragmas others do not have."""
+    command = [compiler(), "-dM", "-E", "-x", "c++", os.devnull]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    return "__GNUC__" in done.stdout and "__clang__" not in done.stdout
+
+
+def _folder(flags: Sequence[str]) -> Path:
+    """Where what is compiled with these flags is."""
+    key = repr((toolchain(), flags))
+    return MODELS / f"verilated-{hashlib.sha256(key.encode()).hexdigest()[:16]}"
+
+
 def _object(target: Path) -> Path:
+    return _made(target, (INCLUDE / target.name).with_suffix(".cpp"), (*FLAGS, *INCLUDES, "-c"))
+
+
+def _made(target: Path, source: Path, words: Sequence[str]) -> Path:
+    """A file that the compiler makes of a source."""
     with only_one(target):
         if not sealed(target):
             new = target.with_suffix(".new")
-            source = (INCLUDE / target.name).with_suffix(".cpp")
-            paths: list[str | Path] = ["-I", INCLUDE, "-I", INCLUDE / "vltstd", "-c", source]
-            run([compiler(), *FLAGS, *paths, "-o", new], target.parent)
+            run([compiler(), *words, source, "-o", new], target.parent)
             new.rename(target)
             seal(target)
     return target

@@ -8,11 +8,14 @@ import shutil
 from pathlib import Path
 
 import pytest
+from platformdirs import user_cache_path
 
 from asip_asm.project import ROOT
 from scripts.doc_blocks import code_blocks, write_files
-from sim.cocotb.runner import outcomes
+from sim.cocotb.runner import RUNTIME, outcomes
+from sim.rtl import runtime
 from tests.bench.commands import output
+from tests.bench.copies import share_models
 from tests.bench.needs import needs
 from tests.package.environment import build_wheel, install
 
@@ -37,6 +40,8 @@ def commands(tmp_path_factory: pytest.TempPathFactory) -> Path:
         real = (packages / name).resolve()
         (packages / name).unlink()
         shutil.copytree(real, packages / name)
+    runtime.objects(*RUNTIME)
+    share_models(commands.parent / "cache/microtick", "verilated-*")
     return commands
 
 
@@ -50,9 +55,12 @@ def folder(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def environment(commands: Path) -> dict[str, str]:
-    """As after activating the environment, with an empty cache."""
+    """As after activating the environment, with a cache that has Verilator's run-time library and
+    the machine code of Yosys, which are the same for all, and nothing else.
+    """
     cache = str(commands.parent / "cache")
-    return {"PATH": f"{commands}:/usr/bin:/bin", "HOME": cache, "XDG_CACHE_HOME": cache}
+    found = {"PATH": f"{commands}:/usr/bin:/bin", "HOME": cache, "XDG_CACHE_HOME": cache}
+    return found | {"YOWASP_CACHE_DIR": str(user_cache_path("YoWASP", appauthor=False))}
 
 
 def test_page__test_of_a_tick__is_short():

@@ -125,7 +125,8 @@ class Installed:
         self.folder, self.commands = folder, commands
         # No PATH to a Python, none of this environment's variables: as after opening a terminal.
         self.environment = {"PATH": "/usr/bin:/bin", "XDG_CACHE_HOME": str(folder / "cache")}
-        self.environment |= {name: os.environ[name] for name in ("CXX",) if name in os.environ}
+        kept = ("CXX", "MODEL_OPTIMISATION")
+        self.environment |= {name: os.environ[name] for name in kept if name in os.environ}
 
     def must(self, command: str, *arguments: str | Path) -> str:
         """Standard output of the command, which must end with status 0. A model takes a minute or
