@@ -6,8 +6,9 @@
                                      100 000 chains, place and route
     python -m scripts.bus --docs     write docs/ethercat.md from build/bus.json
 
-Results of long runs are cached in build/bus for the sources they were measured with: an interrupted
-run continues with the missing row. Exit status 1 if a goal is missed.
+The file keeps the rows of producers that a run leaves out. Results of long runs are cached in
+build/bus for the sources they were measured with: an interrupted run continues with the missing
+row. Exit status 1 if a goal is missed.
 """
 
 from __future__ import annotations
@@ -23,26 +24,23 @@ from asip_asm.command import command, script_parser
 from asip_asm.project import BUILD, ROOT
 from scripts import bus_page
 from scripts.bus_rows import PRODUCERS, Order
-from sim.report.goals import Goal, as_json, markdown_table, missed, terminal_table, write_goals
-from sim.report.marks import write_between_marks
+from sim.report.goals import Goal, begin_goals, merge_goals, missed, terminal_table, updated_table
+from sim.report.marks import text_between, write_between_marks
 
 RESULTS = BUILD / "bus.json"
 PAGE = ROOT / "docs/ethercat.md"
 
 
-def measure(
-    order: Order, names: Sequence[str], report: Callable[[str], None]
-) -> dict[str, list[Goal]]:
-    """Rows of each producer; one that fails is a row that is not met."""
-    found: dict[str, list[Goal]] = {name: [] for name in names}
-    for name, rows in found.items():
-        try:
-            rows.extend(PRODUCERS[name](order, report))
-        except Exception as error:
-            reason = f"{type(error).__name__}: {error}".splitlines()[0]
-            report(f"  {reason}")
-            rows.append(Goal(name, None, "", "measured", False, reason))
-    return found
+def measure(order: Order, name: str, report: Callable[[str], None]) -> list[Goal]:
+    """Rows of a producer; one that fails is a row that is not met."""
+    rows: list[Goal] = []
+    try:
+        rows.extend(PRODUCERS[name](order, report))
+    except Exception as error:
+        reason = f"{type(error).__name__}: {error}".splitlines()[0]
+        report(f"  {reason}")
+        rows.append(Goal(name, None, "", "measured", False, reason))
+    return rows
 
 
 @command("microtick bus")
@@ -61,23 +59,26 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = parser.parse_args(argv)
     if options.docs:
         results = json.loads(options.results.read_text(encoding="utf-8"))
-        write_between_marks(PAGE, {"goals": markdown_table(results["goals"])})
+        text = PAGE.read_text(encoding="utf-8")
+        table = updated_table(text_between(text, "goals", PAGE.name), results)
+        write_between_marks(PAGE, {"goals": table})
         return 0
     if unknown := set(options.producers) - set(PRODUCERS):
         parser.error(f"no {', '.join(sorted(unknown))}; there are {', '.join(PRODUCERS)}")
     console = Console()
     order = Order(options.full, options.capture)
-    found = measure(order, options.producers or list(PRODUCERS), console.print)
-    rows = [row for name in PRODUCERS for row in found.get(name, ())]
-    whole = order.full and not options.producers
-    goals = as_json(rows)
-    write_goals(options.results, goals, whole=whole)
+    names, goals = options.producers or list(PRODUCERS), []
+    if not options.producers:
+        begin_goals(options.results)
+    for name in names:  # written after each: a run that is stopped loses nothing
+        rows = measure(order, name, console.print)
+        goals = merge_goals(options.results, name, rows, list(PRODUCERS), order.full)
     view = terminal_table(goals)
     console.print(view)
     page = options.results.with_suffix(".html")
     bus_page.write(page, view, order.curves)
     console.print(f"written: {options.results}, {page}")
-    return int(bool(missed(goals)))
+    return int(bool(missed(goal for goal in goals if goal["producer"] in names)))
 
 
 if __name__ == "__main__":

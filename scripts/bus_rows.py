@@ -301,8 +301,14 @@ def stops(order: Order, report: Report) -> Iterator[Goal]:
     about = "highest speed after a stop over the measured speed at it, noise aside"
     yield at_most(about, round(ratio, 4), 1, "1")
     about = "stops longer than v^2/2a and a tick"
-    yield at_most(about, sum(stop.distance > stop.shortest for stop in found), 0, "stops")
-    about = "stops longer than v^2/2a, a tick and the lag of the law's loop"
+    longer = [stop.distance - stop.shortest for stop in found if stop.distance > stop.shortest]
+    beyond = sum(far > 1 for far in longer)
+    note = f"{beyond} of them by more than an increment of the encoder"
+    yield at_most(about, len(longer), 0, "stops", note)
+    about = (
+        "stops longer than v^2/2a of the set-point's first speed, a tick, an increment, and the "
+        "lag of the law's loop for the difference to the axis' speed"
+    )
     yield at_most(about, sum(stop.too_far for stop in found), 0, "stops")
 
 

@@ -3,7 +3,9 @@
 
     python -m scripts.drive           minutes: short runs; rows that need long ones say so
     python -m scripts.drive --full    whole path, 2 s of every clock, 10^9 edges, place and route
-    python -m scripts.drive --docs    write docs/drive.md from build/drive.json
+    python -m scripts.drive guards motors    only these; the file keeps the rows of the others
+    python -m scripts.drive --docs    write docs/drive.md from build/drive.json: of a part of the
+                                      producers their rows alone
     python -m scripts.drive motor.toml    bring up the motor of that file alone, to build/motor.*
 
 Exit status: 0 if every goal is met, 1 if one is missed or not measured, 2 wrong command line.
@@ -13,7 +15,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib.util import find_spec
 from typing import Any
 
@@ -25,12 +27,12 @@ from scripts.motion_size import area, speed
 from scripts.synth_unit import SynthesisError
 from sim.bench.drive.__main__ import main as simulate
 from sim.bench.drive.axis.campaign import rows as random_motors
-from sim.bench.drive.goals import FULL_RUN, Rows
+from sim.bench.drive.goals import FULL_RUN, Job, Part, Rows
 from sim.bench.drive.guards import campaign as campaign_of_guards
 from sim.laws.drive.clocks import CLOCK
 from sim.laws.drive.current_law import Setting
-from sim.report.goals import depth, markdown_table
-from sim.report.marks import between_marks
+from sim.report.goals import depth, updated_table
+from sim.report.marks import between_marks, text_between
 from sim.robot.drives import Drives
 from sim.robot.parameters import Robot
 from sim.verbs import YOSYS, absent
@@ -126,20 +128,35 @@ def blocks(full: bool, report: Callable[[str], None]) -> list[dict[str, Any]]:
     return found
 
 
-def hardware(
-    robot: Robot, drives: Drives, full: bool, rows: Rows, report: Callable[[str], None]
-) -> dict[str, Any]:
-    """Rows that are not simulated in the chain, and the blocks' sizes."""
-    report("one axis from its samples to its values, RTL")
-    clocks = max(latency(drives, Setting(robot.resolution)))
+def axis_latency(job: Job, rows: Rows) -> dict[str, Any]:
+    """One axis from its samples to its values, RTL."""
+    job.report("one axis from its samples to its values, RTL")
+    clocks = max(latency(job.drives, Setting(job.robot.resolution)))
     name = "sampling instant to new compare values, one axis on fast, RTL"
     rows.most(name, 1e6 * CLOCK * clocks, "us", LATENCY_US)
-    proofs(rows, report)
-    guards(robot, drives, rows, report)
-    rows += random_motors(report)
-    decoder(full, rows, report)
-    size(full, rows, report)
-    return {"blocks": blocks(full, report)}
+    return {}
+
+
+def _only(measure: Callable[[Job, Rows], None]) -> Part:
+    """A producer of rows without further fields."""
+
+    def part(job: Job, rows: Rows) -> dict[str, Any]:
+        measure(job, rows)
+        return {}
+
+    return part
+
+
+HARDWARE: dict[str, Part] = {
+    "latency": axis_latency,
+    "proofs": _only(lambda job, rows: proofs(rows, job.report)),
+    "guards": _only(lambda job, rows: guards(job.robot, job.drives, rows, job.report)),
+    "motors": _only(lambda job, rows: rows.extend(random_motors(job.report))),
+    "decoder": _only(lambda job, rows: decoder(job.full, rows, job.report)),
+    "size": _only(lambda job, rows: size(job.full, rows, job.report)),
+    "blocks": lambda job, rows: {"blocks": blocks(job.full, job.report)},
+}
+"""Producers besides those that are simulated in the chain (`sim.bench.drive.goals.PARTS`)."""
 
 
 def tools() -> str | None:
@@ -157,9 +174,19 @@ def block_table(rows: list[dict[str, Any]]) -> str:
 
 
 def page_text(page: str, results: dict[str, Any]) -> str:
-    """docs/drive.md with the figures of build/drive.json. Raises ValueError without its marks."""
-    late = results["delays"]
-    texts = {
+    """docs/drive.md with the figures of build/drive.json; what it lacks stays. Raises ValueError
+    without its marks."""
+    texts = {"goals": updated_table(text_between(page, "goals", PAGE.name), results)}
+    if "delays" in results:
+        texts |= delay_texts(results["delays"])
+    if results.get("blocks"):
+        texts["blocks"] = block_table(results["blocks"])
+    return between_marks(page, texts, PAGE.name)
+
+
+def delay_texts(late: Mapping[str, float]) -> dict[str, str]:
+    """Delays of the chain, and the force of a count."""
+    return {
         "delays": (
             "| from | to | delay at 125 MHz |\n| --- | --- | --- |\n"
             "| first clock of a control period, positions taken | commands, friction in the law | "
@@ -174,10 +201,7 @@ def page_text(page: str, results: dict[str, Any]) -> str:
             f"One count of the table is {late['count']:.0f} urad. The tracking law answers it with "
             f"{late['pulse']:.0f} N m for one tick of 100 us.\n"
         ),
-        "blocks": block_table(results.get("blocks", [])),
-        "goals": markdown_table(results["goals"]),
     }
-    return between_marks(page, texts, PAGE.name)
 
 
 @command("microtick drive")
@@ -189,7 +213,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         text = page_text(PAGE.read_text(encoding="utf-8"), results)
         write_text(PAGE, text)
         return 0
-    return simulate(arguments, "python -m scripts.drive", hardware, tools)
+    return simulate(arguments, "python -m scripts.drive", HARDWARE, tools)
 
 
 if __name__ == "__main__":

@@ -29,7 +29,7 @@ from rich.table import Table
 
 from asip_asm.command import command, command_parser
 from asip_asm.project import ROOT
-from sim.report.goals import Goal, as_json, markdown_table, missed, terminal_table, write_goals
+from sim.report.goals import Goal, markdown_table, merged, missed, terminal_table, write_goals
 from sim.report.marks import write_between_marks
 
 BUILD = ROOT / "build"
@@ -40,7 +40,8 @@ class Area:
     """A part of the project that has goals.
 
     producers: name -> "module:function", a function `rows(full: bool) -> Iterator[Goal]`.
-    command: "module:main" of a command that measures and writes build/NAME.json by itself.
+    command: "module:main" of a command that measures and writes build/NAME.json by itself; parts:
+    its words are names of producers.
     page, mark: the page below docs and the marks there between which `--docs` puts the table of
     the producers named in `shown`, of all without any.
     """
@@ -48,6 +49,7 @@ class Area:
     about: str
     producers: dict[str, str] = field(default_factory=dict)
     command: str = ""
+    parts: bool = False
     page: str = ""
     mark: str = ""
     shown: tuple[str, ...] = ()
@@ -57,10 +59,12 @@ AREAS: dict[str, Area] = {
     "bus": Area(
         "EtherCAT slave: masters, cycles, clocks, area, and a path over the bus.",
         command="scripts.bus:main",
+        parts=True,
     ),
     "drive": Area(
         "Motor drives in closed loop, their hardware, and their proofs.",
         command="scripts.drive:main",
+        parts=True,
     ),
     "hardware": Area(
         "RTL for other tools, cocotb tests, coverage, area and clock.",
@@ -96,6 +100,8 @@ AREAS: dict[str, Area] = {
             "policies": "sim.bench.stream_law_goals:policies",
             "area and clock": "scripts.clock_goals:matrix",
         },
+        page="your_robot.md",
+        mark="goals",
     ),
     "motion": Area(
         "Motion front-end: planner, look-ahead, pulses, interpolators, drives.",
@@ -219,17 +225,11 @@ def measure_area(name: str, words: Sequence[str], full: bool, console: Console) 
         wait = f" (it took {earlier:.0f} s before)" if earlier else ""
         console.print(f"[{n}/{len(names)}] {producer} ...{wait}", markup=False)
         begun = time.monotonic()
-        rows = as_json(measure(producer, producers[producer], full))
+        rows = measure(producer, producers[producer], full)
         passed = time.monotonic() - begun
         console.print(f"[{n}/{len(names)}] {producer}: {passed:.0f} s", markup=False)
-        # Written after each producer: a run that is stopped loses nothing. Read again before: runs
-        # of other producers may have written meanwhile.
-        content = _earlier(output)
-        found: dict[str, list[dict]] = {}
-        for goal in content.get("goals", []):
-            found.setdefault(goal.get("producer", ""), []).append(goal)
-        found[producer] = [row | {"producer": producer} for row in rows]
-        goals = [goal for each in producers for goal in found.get(each, [])]
+        # Written after each producer: a run that is stopped loses nothing.
+        content, goals = merged(output, producer, rows, list(producers))
         seconds = content.get("seconds", {}) | {f"{producer}, {_depth(full)}": round(passed, 1)}
         write_goals(output, goals, full=full, seconds=seconds)
     Console().print(terminal_table(goals))
@@ -268,11 +268,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return 0
         logging.getLogger("asip_asm").setLevel(logging.ERROR)  # Random programs cause warnings.
         if area.command:
-            if options.words:
+            if options.words and not area.parts:
                 raise ValueError(f"goals '{options.name}' are measured as a whole; leave out words")
             module, _, function = area.command.partition(":")
             run = getattr(importlib.import_module(module), function)
-            return run(["--full"] if options.full else [])
+            return run([*options.words, *(["--full"] if options.full else [])])
         return measure_area(options.name, options.words, options.full, console)
     except ValueError as error:
         console.print(f"error: {error}", style="red", markup=False)

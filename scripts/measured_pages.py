@@ -66,6 +66,11 @@ def all_platforms(results: dict[str, Any]) -> bool:
     return len(results["platforms"]) == 3 and results["path"]["whole"]
 
 
+def all_depths(results: dict[str, Any]) -> bool:
+    """Whether every goal that was measured was measured to its full depth."""
+    return all(goal["met"] is not None for goal in results["goals"] if goal["value"] is not None)
+
+
 def all_goals(results: dict[str, Any]) -> bool:
     """Whether every goal was measured, and to its full depth."""
     return all(goal["met"] is not None for goal in results["goals"])
@@ -96,6 +101,13 @@ PAGES = (
         BUILD / "dual/results.json",
         "microtick dual",
         lambda results: results["complete"] and results["whole_path"],
+    ),
+    Page(
+        "docs/your_robot.md",
+        "-m scripts.goals matrix --docs",
+        BUILD / "matrix.json",
+        "make goals T=matrix RUN=full",
+        all_depths,
     ),
     Page(
         "docs/motion.md",

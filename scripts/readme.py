@@ -128,6 +128,8 @@ def clock_text(clock: dict[str, Any] | None) -> str:
     """Median, range and seeds of a clock; a dash for a core of which the area alone is measured."""
     if clock is None:
         return "-"
+    if clock["runs"] == 1:
+        return f"{clock['median']:.0f} (one seed)"
     spread = f"({clock['min']:.0f}..{clock['max']:.0f}, {clock['runs']} seeds)"
     return f"{clock['median']:.0f} {spread}"
 

@@ -118,10 +118,10 @@ class ObserverProof:
 
 
 def prove_observer(
-    system: LinearSystem, built: Built, count: int, backend: str = "rtl"
+    system: LinearSystem, built: Built, count: int, backend: str = "rtl", seed: int = SEED
 ) -> ObserverProof:
     """Run `count` ticks of drawn inputs, in runs from zero. Raises CoreFault if the core stops."""
-    rng, law = np.random.default_rng(SEED), built.compiled.law
+    rng, law = np.random.default_rng(seed), built.compiled.law
     runs = max(1, count // RUN)
     ports = law.of_kind("input")
     given = {p.name: np.asarray(draw(p, runs * RUN, rng)).reshape(runs, RUN) for p in ports}
@@ -182,13 +182,32 @@ def recording(ticks: int, seed: int = SEED) -> tuple[Matrix, Matrix]:
     return np.array(states), np.array(inputs)
 
 
-def watch(system: LinearSystem, image: Image, ticks: int, backend: str = "rtl") -> Watched:
-    """Follow the nonlinear plant from its recorded inputs. Raises CoreFault."""
+@dataclass(frozen=True)
+class Followed:
+    """Errors (ticks, 24) [m] of the estimates of a recorded plant, on the core and in double
+    precision; the core's estimates (ticks, 24) [m].
+    """
+
+    core: Matrix
+    double: Matrix
+    estimates: Matrix
+
+
+def follow(system: LinearSystem, image: Image, ticks: int, backend: str = "rtl") -> Followed:
+    """Estimate the states of the nonlinear plant from its recorded inputs. Raises CoreFault."""
     true, w = recording(ticks)
     single = w.astype(np.float32)
     with Core(image, backend=backend) as core:
         found = core.batch({name: single[:, k] for k, name in enumerate(system.inputs)})
     got = np.stack([found[name] for name in system.states], axis=1).astype(float)
     double = in_doubles(system, single.astype(float))
-    errors = [np.sqrt(((each - true)[ticks // 10 :] ** 2).mean()) for each in (got, double)]
-    return Watched(float(errors[0]), float(errors[1]), float(np.abs(got - double).max()))
+    return Followed(got - true, double - true, got)
+
+
+def watch(system: LinearSystem, image: Image, ticks: int, backend: str = "rtl") -> Watched:
+    """Errors of the estimates of the nonlinear plant. Raises CoreFault."""
+    found = follow(system, image, ticks, backend)
+    core, double = (
+        float(np.sqrt((each[ticks // 10 :] ** 2).mean())) for each in (found.core, found.double)
+    )
+    return Watched(core, double, float(np.abs(found.core - found.double).max()))

@@ -89,6 +89,47 @@ def write_goals(file: Path, goals: Iterable[Mapping[str, Any]], **more: Any) -> 
     write_text(file, json.dumps(more | {"goals": list(goals)}, indent=2) + "\n")
 
 
+def merged(
+    file: Path, producer: str, goals: Iterable[Goal], order: Iterable[str]
+) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """Further fields of a results file, and its goals with these of a producer in place of earlier
+    ones; order: names of all producers. Read it just before writing: other runs may write too."""
+    content = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
+    found: dict[str, list[dict[str, Any]]] = {}
+    for goal in content.pop("goals", []):
+        found.setdefault(goal.get("producer", ""), []).append(goal)
+    found[producer] = [row | {"producer": producer} for row in as_json(goals)]
+    return content, [goal for each in order for goal in found.get(each, [])]
+
+
+def begin_goals(file: Path) -> None:
+    """A run of every producer begins: the file is whole at its end only."""
+    if not file.exists():
+        return
+    content = json.loads(file.read_text(encoding="utf-8"))
+    write_goals(file, content.pop("goals"), **content | {"depths": {}, "whole": False})
+
+
+def merge_goals(
+    file: Path,
+    producer: str,
+    goals: Iterable[Goal],
+    order: Sequence[str],
+    full: bool,
+    **more: Any,
+) -> list[dict[str, Any]]:
+    """Write the goals and further fields of a producer; those of the others stay. All goals.
+
+    The field `depths` has the producers, true after a full run; `whole` says that all of them had
+    one.
+    """
+    content, rows = merged(file, producer, goals, order)
+    depths = content.get("depths", {}) | {producer: full}
+    whole = all(depths.get(name, False) for name in order)
+    write_goals(file, rows, **content | more | {"depths": depths, "whole": whole})
+    return rows
+
+
 def verdict(goal: Mapping[str, Any]) -> str:
     """Met, missed, sampled or not measured, in words."""
     if goal["met"] is None:
@@ -115,6 +156,20 @@ def markdown_table(goals: Iterable[Mapping[str, Any]]) -> str:
         f"| {goal['name']} | {_reached(goal)} | {_with_unit(goal['target'], goal)} |\n"
         for goal in goals
     )
+
+
+def updated_table(table: str, results: Mapping[str, Any]) -> str:
+    """A page's table with the results of full runs. Results that are not whole replace the rows of
+    their names, or come after the others; the other rows stay."""
+    goals = results["goals"]
+    if results.get("whole"):
+        return markdown_table(goals)
+    depths = results.get("depths", {})
+    new = [goal for goal in goals if depths.get(goal["producer"]) and goal["value"] is not None]
+    _, _, *made = markdown_table(new).splitlines()
+    rows = {goal["name"]: row for goal, row in zip(new, made, strict=True)}
+    lines = [rows.pop(line.split(" | ")[0].removeprefix("| "), line) for line in table.splitlines()]
+    return "\n".join([*lines, *rows.values()]) + "\n"
 
 
 def _reached(goal: Mapping[str, Any]) -> str:

@@ -47,6 +47,15 @@ def test_producer__that_fails_is_a_row_that_is_not_met(producers, tmp_path):
     assert "no TAP device" in rows[-1]["note"]
 
 
+def test_one_producer__leaves_the_rows_of_the_others(producers, tmp_path):
+    assert goals(tmp_path, "--full")[0] == 1
+    file = tmp_path / "bus.json"
+    assert json.loads(file.read_text())["whole"]
+    status, rows = goals(tmp_path, "good")
+    assert status == 0 and [row["producer"] for row in rows] == ["good"] * 2 + ["broken"] * 2
+    assert not json.loads(file.read_text())["whole"], "a quick run is a sample"
+
+
 def test_unknown_producer__is_refused_with_those_there_are(producers, capsys):
     with pytest.raises(SystemExit) as stopped:
         bus.main(["speed"])
@@ -110,7 +119,7 @@ def test_page__takes_the_goals_and_keeps_the_rest(producers, tmp_path, monkeypat
     page = tmp_path / "ethercat.md"
     page.write_text("# Bus\n<!-- goals: written by hand -->\nold\n<!-- end of goals -->\nrest\n")
     monkeypatch.setattr(bus, "PAGE", page)
-    goals(tmp_path)
+    goals(tmp_path, "--full")
     assert bus.main(["--docs", "--results", str(tmp_path / "bus.json")]) == 0
     text = page.read_text()
     assert "| near | 9 ns | <= 20 ns |\n" in text and "| far | 21 ns, missed | <= 20 ns |\n" in text

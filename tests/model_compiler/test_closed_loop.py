@@ -8,11 +8,15 @@ import json
 import numpy as np
 import pytest
 
+from sim.bench.drive.load_step import BEFORE, LOAD, Loaded
 from sim.bench.shown_robots.__main__ import main
 from sim.laws.catalogue import robot
 from sim.laws.closed_loop import Arm, ClosedLoop, DoubleLaw, Loop, _run
+from sim.laws.drive.current_law import MAGIC, observed
 from sim.laws.laws import Settings, computed_torque
 from sim.laws.quadrotor import Quadrotor, law
+from sim.robot.drives import Drives
+from sim.robot.parameters import Robot
 
 
 def test_pendulum_on_the_core_tracks_as_in_double_precision(tmp_path, capsys):
@@ -31,6 +35,40 @@ def test_pendulum_on_the_core_tracks_as_in_double_precision(tmp_path, capsys):
     assert missed == ["pendulum, inputs tried", within, "pendulum, closed loop"]
     assert len(data["goals"]) == 10  # and that of the hand-written program
     assert "Microtick: any robot" in (tmp_path / "robots.html").read_text()
+
+
+def test_observer_is_shown_with_its_figures_and_goals(tmp_path, capsys):
+    arguments = ["--only", "observer", "--seconds", "0.5", "--inputs", "250"]
+    assert main([*arguments, "--output", str(tmp_path)]) == 1  # shorter than the goals
+    data = json.loads((tmp_path / "shown_robots.json").read_text())
+    found = data["robots"]["observer"]
+    assert found["configuration"] == "wide" and found["cycles_as_written"] is None
+    assert found["bits_equal"] and found["inputs_tried"] == 250
+    assert found["closed_loop"]["ticks"] == 500
+    assert 0.9 < found["closed_loop"]["ratio_to_double"] <= 1.05
+    missed = [goal["name"] for goal in data["goals"] if not goal["met"]]
+    assert missed == ["observer, inputs tried", "observer, closed loop"]
+    assert "Observer of 24 states" in (tmp_path / "robots.html").read_text()
+
+
+def test_loads_displace_the_motors_of_the_machine_in_its_order():
+    """Without currents a load accelerates each mass: s = a T^2 n (n + 1) / 2."""
+    drives, setting = Drives.load(), observed(Robot.load())
+    machine = Loaded(drives, setting, {n: setting.moved[n] for n in (3, 0)}, ticks=BEFORE + 40)
+    assert machine.axes == {"axis 3": "rad", "axis 0": "m"}
+    half = MAGIC + setting.half / 2
+    duties = {f"pwm{n}{k}": half for n in (0, 3) for k in "abc"}
+    for tick in range(machine.ticks):
+        assert tick > BEFORE or not machine.error(tick).any()
+        assert set(machine.inputs(tick)) >= {"bus", "q0", "ia3", "force3"}
+        machine.step(duties)
+    found = machine.error(machine.ticks)
+    for place, n in zip(found, (3, 0), strict=True):
+        motor = drives.motors[n]
+        accel = -LOAD * motor.force_per_ampere * motor.i_max / setting.moved[n]
+        assert place == pytest.approx(accel * setting.period**2 * 40 * 41 / 2, rel=1e-2)
+    machine.start()
+    assert not machine.error(0).any() and machine.at == 0
 
 
 def test_unknown_robot_is_a_wrong_command_line(capsys):

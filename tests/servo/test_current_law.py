@@ -123,15 +123,37 @@ def test_goals__a_value_that_is_missed__or_not_measured():
 
 
 def test_goals__exit_status_and_file_say_what_is_missed(tmp_path, monkeypatch):
-    def measure(robot, drives, full, rows, report) -> None:
+    def measure(job, rows) -> dict:
         rows.most("whole path, leg", leg, "um", 1.5)
+        return {"seconds": leg}
 
-    monkeypatch.setattr("sim.bench.drive.__main__.measure", measure)
-    monkeypatch.setattr("sim.bench.drive.__main__.delays", lambda *_: {})
+    def other(job, rows) -> dict:
+        rows.most("other", 1, "um", 2)
+        return {}
+
+    parts = {"path": measure, "loops": other}
+    monkeypatch.setattr("sim.bench.drive.__main__.PARTS", parts)
     results = tmp_path / "drive.json"
+    to = ["--results", str(results)]
     leg = 1.6
-    assert main(["--results", str(results)]) == 1
-    (row,) = json.loads(results.read_text())["goals"]
+    assert main(to) == 1
+    row, _ = json.loads(results.read_text())["goals"]
     assert row["value"] == leg and not row["met"]
+    assert main(["loops", *to]) == 0, "the row that is missed is of another producer"
+    found = json.loads(results.read_text())
+    assert [row["value"] for row in found["goals"]] == [1.6, 1] and found["seconds"] == 1.6
     leg = 1.5
-    assert main(["--results", str(results)]) == 0
+    assert main(["path", "--full", *to]) == 0
+    found = json.loads(results.read_text())
+    assert [row["value"] for row in found["goals"]] == [1.5, 1] and not found["whole"]
+    assert main(["loops", "--full", *to]) == 0
+    assert json.loads(results.read_text())["whole"]
+    assert main(to) == 0
+    assert not json.loads(results.read_text())["whole"]
+
+
+def test_goals__an_unknown_producer_is_refused_with_those_there_are(capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main(["curents"])
+    assert stopped.value.code == 2
+    assert "no curents; there are loops, speeds, path, chain" in capsys.readouterr().err

@@ -87,6 +87,27 @@ def test_faults__end_with_gates_off_and_brakes_closed_and_can_be_cleared():
     assert system.look().shoot_through == 0
 
 
+def test_enabled_far_from_count_0__the_way_there_is_no_speed():
+    """A start-up after a stop begins at any counts; the first samples must not look like motion."""
+    system = brought_up()
+    start_up.write_angles(system, true_angles(PLANT, JOINTS))
+    far = np.array([20_000, -20_000, 10_000, 3_000, -6_000])
+    share = np.arange(1, 4001)[:, None] / 4000  # slowly: two counts at once would trip
+    system.travel(JOINTS + share * far * ROBOT.resolution)
+    system.clock(4002 * 1250)
+    counts = start_up.positions(system)
+    assert (np.abs(counts - far) <= 1).all()
+    start_up.enable(system)
+    assert (currents(system, 100) < 0.001).all()
+    assert start_up.told(system.status()) == ""
+
+
+def test_linked__counts_have_the_sign_of_their_low_bits():
+    most = 1 << 22
+    counts = np.array([0, -1, most - 1, most, -most, -most - 1, 5 * most])
+    assert start_up.linked(counts).tolist() == [0, -1, most - 1, -most, -most, most - 1, -most]
+
+
 def test_configured__build_and_registers_are_what_the_limits_of_parameters_say():
     system = brought_up()
     config = system.read_front("CONFIG")
@@ -272,7 +293,8 @@ def test_alignment__a_motor_that_does_not_answer_as_one_is_refused(
     system = brought_up()
     rows = moves(np.zeros(5), size).astype(np.int64)
     rows[1] += stuck
-    found = iter([np.zeros(5, dtype=np.int64), *rows])
+    rest = np.zeros(5, dtype=np.int64)
+    found = iter([rest, rest, *rows])
     monkeypatch.setattr(start_up, "positions", lambda system: next(found))
     with pytest.raises(start_up.StartUpError, match=message):
         start_up.align(system, DRIVES, SETTING, dwell=1e-5)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from sim.core.api import Core
 from sim.laws.drive.current_law import AXES, MAGIC, Setting, current_law
 from sim.robot.drives import Drives
 
+OPTIONS = Options(reassociate=True, reciprocal=True)
 SETTLED = 200  # periods before the step: the speed is filtered, the back EMF met
 
 
@@ -23,7 +25,7 @@ def loop_program(
     drives: Drives, setting: Setting, configuration: str = "fast", axes: Sequence[int] = AXES
 ) -> Built:
     """The program of these axes for a configuration of the core."""
-    options = Options(configuration=configuration, reassociate=True, reciprocal=True)
+    options = replace(OPTIONS, configuration=configuration)
     law = compile_law(current_law(drives, setting, axes), options)
     with tempfile.TemporaryDirectory() as folder:
         return build(law, Path(folder) / "current_loops.s")

@@ -4,8 +4,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,9 @@ from numpy.typing import NDArray
 from sim.bench.drive import draws, speed
 from sim.bench.drive.chain import ORDER_FILTER
 from sim.bench.drive.current_loop import loop_program, rise_and_overshoot
-from sim.bench.drive.position import PositionLoops, position_loops
+from sim.bench.drive.delays import delays
+from sim.bench.drive.plant import NAMES
+from sim.bench.drive.position import SHOWN, PositionLoops, position_loops
 from sim.bench.drive.recording import KINDS
 from sim.bench.drive.response import NOISE, Response, distortion, responses, steps
 from sim.bench.drive.sample import SETTLED, SKIP, Sample, samples
@@ -211,18 +214,54 @@ def measure_chain(
     return found
 
 
-def measure(
-    robot: Robot, drives: Drives, full: bool, rows: Rows, report: Callable[[str], None]
-) -> Shown:
-    """Adds the rows of what is simulated; what the page shows.
+@dataclass
+class Job:
+    """What to measure; shown: fields of `Shown` by name, as far as this run has measured them."""
 
-    full: the whole A-G-H path, and `LONG` seconds of the chain's RTL. Raises ControllerFault,
-    StartUpError.
-    """
-    loops = measure_loops(robot, drives, rows, report)
-    rows += speed.goals(*speed.compare(robot, full, report))
-    words, laws = measure_path(robot, drives, full, rows, report)
-    report("frequency response of the position loops, averaged inverters")
-    positions = position_loops(robot, drives)
-    pieces = measure_chain(robot, drives, full, rows, report)
-    return Shown(loops, positions, words, laws, pieces)
+    robot: Robot
+    drives: Drives
+    full: bool
+    report: Callable[[str], None]
+    shown: dict[str, Any] = field(default_factory=dict)
+
+
+Part = Callable[[Job, Rows], Mapping[str, Any]]
+"""Adds its rows; further fields of build/drive.json. Raises ControllerFault, StartUpError."""
+
+
+def loops_part(job: Job, rows: Rows) -> Mapping[str, Any]:
+    """The current loops alone."""
+    loops = measure_loops(job.robot, job.drives, rows, job.report)
+    job.shown["loops"] = loops
+    return {"delays": delays(job.robot, job.drives)}
+
+
+def speeds_part(job: Job, rows: Rows) -> Mapping[str, Any]:
+    """Speeds from time stamps and observers."""
+    rows += speed.goals(*speed.compare(job.robot, job.full, job.report))
+    return {}
+
+
+def path_part(job: Job, rows: Rows) -> Mapping[str, Any]:
+    """The A-G-H path and the position loops, averaged inverters."""
+    words, laws = measure_path(job.robot, job.drives, job.full, rows, job.report)
+    job.report("frequency response of the position loops, averaged inverters")
+    positions = position_loops(job.robot, job.drives)
+    job.shown |= {"path": words, "laws": laws, "positions": positions}
+    names = (NAMES[n] for n in SHOWN)
+    return {"position_loops": dict(zip(names, positions.bandwidth, strict=True))}
+
+
+def chain_part(job: Job, rows: Rows) -> Mapping[str, Any]:
+    """The chain's RTL; a full run simulates `LONG` seconds of it."""
+    job.shown["samples"] = measure_chain(job.robot, job.drives, job.full, rows, job.report)
+    return {}
+
+
+PARTS: dict[str, Part] = {
+    "loops": loops_part,
+    "speeds": speeds_part,
+    "path": path_part,
+    "chain": chain_part,
+}
+PATHS = ("speeds", "path", "chain")

@@ -42,6 +42,7 @@ MOST_PERSIST = 255  # half periods, of PLAUSIBLE.persist
 MOST_INDEX = 1 << 22  # counts, of INDEX_DISTANCE
 INDEX_TOLERANCE = 2  # counts by which an index may be off
 SETTLE = 1e-3  # time for the currents to settle after the gates are on [s]
+LINK_BITS = 23  # of a position on the link
 LEAST_MOVE = 4  # least move of an axis during alignment [counts]
 MOST_OFF = 0.15  # largest residual of the sine fit as a share of the axis' move
 FORCES = [f"force{n}" for n in range(AXES)]
@@ -232,7 +233,9 @@ def align(
     does.
     """
     order(system, [0.0] * AXES)
+    begin_at_rest(system)
     system.front("LINK", enable=1)
+    system.clock(3 * HALF_PERIOD)  # the first run only sets sines and cosines
     system.front("MODE", **RUN)
     system.clock(round(SETTLE / CLOCK))
     rest = positions(system)
@@ -281,14 +284,27 @@ def write_angles(system: ChainRtl, angles: Floats) -> None:
     write_constants(system.current, system.current.image, values)
 
 
-def enable(system: ChainRtl) -> None:
-    """Currents follow the tracking processor's commands, 0 until its first run; brakes closed."""
+def begin_at_rest(system: ChainRtl) -> None:
+    """Gates off, link at rest, and the states of the current loops' program as for its first run at
+    the present counts: a loop takes the difference to the counts before as a speed."""
     system.front("MODE")
     system.front("LINK")
     system.clock(HALF_PERIOD)
-    system.current.preset(
-        {state.name: int(state.bits, 16) for state in system.current.image.states}
-    )
+    first = {state.name: int(state.bits, 16) for state in system.current.image.states}
+    for n, count in enumerate(linked(positions(system))):
+        first[f"before{n}"] = int(np.float32(count).view(np.uint32))
+    system.current.preset(first)
+
+
+def linked(counts: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Counts as the link's words have them: the low `LINK_BITS` bits, signed."""
+    half = 1 << (LINK_BITS - 1)
+    return (counts + half) % (2 * half) - half
+
+
+def enable(system: ChainRtl) -> None:
+    """Currents follow the tracking processor's commands, 0 until its first run; brakes closed."""
+    begin_at_rest(system)
     system.front("LINK", enable=1, orders=1)
     system.clock(3 * HALF_PERIOD)  # the first run only sets sines and cosines
     system.front("MODE", **RUN)

@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`microtick robots`: compile, prove and close the loop of every robot shown; table, JSON, page."""
+"""`microtick robots`: compile, prove and close the loop of every robot and law shown; table, JSON,
+page.
+"""
 
 from __future__ import annotations
 
 import argparse
+import functools
 import sys
 import time
 from pathlib import Path
@@ -14,13 +17,15 @@ from asip_asm.command import command_parser, count, duration, run_command
 from asip_asm.model.read import ModelError
 from sim.bench.shown_robots.core_goals import core_goals
 from sim.bench.shown_robots.job import SHOWN, Row, goals, run_robot
+from sim.bench.shown_robots.matrix import MATRIX
+from sim.bench.shown_robots.matrix import goals as matrix_goals
 from sim.bench.shown_robots.page import table, write_page
 from sim.core.api import CoreFault
 from sim.laws.elements import RobotError
 from sim.laws.prove_program import COUNT, SEED
 from sim.report.goals import as_json, terminal_table, write_goals
 
-TABLE_WIDTH = 132
+TABLE_WIDTH = 152
 REPORT = "shown_robots.json"
 EPILOG = """examples:
   python -m sim.bench.shown_robots                 # all; build/shown_robots.json, build/robots.html
@@ -38,10 +43,11 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _robots(options: argparse.Namespace) -> int:
-    names = options.only.split(",") if options.only else list(SHOWN)
-    unknown = [name for name in names if name not in SHOWN]
+    known = [*SHOWN, *MATRIX]
+    names = options.only.split(",") if options.only else known
+    unknown = [name for name in names if name not in known]
     if unknown:
-        print(f"robots: error: no robot {', '.join(unknown)}; there are {', '.join(SHOWN)}")
+        print(f"robots: error: no robot {', '.join(unknown)}; there are {', '.join(known)}")
         return 2
     options.output.mkdir(parents=True, exist_ok=True)
     rows: list[Row] = []
@@ -51,15 +57,19 @@ def _robots(options: argparse.Namespace) -> int:
         wait = f", about {left:.0f} s left" if done else ""
         print(f"[{done + 1}/{len(names)}] {name}{wait}", file=sys.stderr, flush=True)
         try:
-            row = run_robot(name, options.output, options.inputs, options.seconds, options.seed)
+            run = MATRIX.get(name) or functools.partial(run_robot, name)
+            row = run(options.output, options.inputs, options.seconds, options.seed)
         except (ModelError, RobotError, CoreFault) as error:
             print(f"robots: error: {name}: {error}", file=sys.stderr)
             return 1
         rows.append(row)
         # Written after each robot: a run that is stopped loses nothing.
-        found = as_json([*goals(rows), *([] if options.only else core_goals())])
-        robots = {row.name: row.as_json() for row in rows}
-        write_goals(options.output / REPORT, found, robots=robots)
+        robots, laws = ([row for row in rows if row.name in each] for each in (SHOWN, MATRIX))
+        found = as_json(
+            [*goals(robots), *matrix_goals(laws), *([] if options.only else core_goals())]
+        )
+        shown = {row.name: row.as_json() for row in rows}
+        write_goals(options.output / REPORT, found, robots=shown)
     write_page(rows, found, options.output / "robots.html")
     console = Console(width=TABLE_WIDTH)
     console.print(table(rows))
@@ -73,7 +83,7 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     parser = command_parser(
         "python -m sim.bench.shown_robots", "Compile, prove and simulate the robots shown.", EPILOG
     )
-    parser.add_argument("--only", metavar="NAMES", help=f"some of {', '.join(SHOWN)}")
+    parser.add_argument("--only", metavar="NAMES", help=f"some of {', '.join((*SHOWN, *MATRIX))}")
     parser.add_argument("--output", type=Path, default=Path("build"), help="folder to write")
     parser.add_argument("--inputs", type=count, default=COUNT, help="inputs of each proof")
     parser.add_argument("--seconds", type=duration, help="length of the motions")

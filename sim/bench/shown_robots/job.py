@@ -91,28 +91,34 @@ SHOWN: dict[str, Shown] = {
 
 @dataclass(frozen=True)
 class Row:
-    """What was found of one robot. seconds: of compiling and assembling. beside_assembly: largest
-    error of an output of the own robot's law, and of its assembly program.
+    """What was found of one robot. plain_cycles: as written, None for a law without options.
+    seconds: of compiling and assembling. beside_assembly: largest error of an output of the own
+    robot's law, and of its assembly program. about: a sentence, empty for that of the law; outputs:
+    names of those of the closed loop, empty for all of the law.
     """
 
     name: str
     built: Built
-    plain_cycles: int
+    plain_cycles: int | None
     seconds: float
     proof: Proof
     loop: ClosedLoop
     rate: float
     beside_assembly: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    about: str = ""
+    outputs: tuple[str, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         """Fields of build/shown_robots.json."""
+        law = self.built.compiled.law
         return {
+            "configuration": self.built.image.configuration,
             "cycles": self.built.cycles,
             "bound_cycles": self.built.bound_cycles,
             "cycles_as_written": self.plain_cycles,
             "microseconds": self.built.cycles / default_isa().clock_mhz,
-            "law_operations": operations(self.built.compiled.law),
-            "core_operations": self.built.report.sections[0].operations,
+            "law_operations": operations(law) if law.function else None,
+            "core_operations": sum(each.operations for each in self.built.report.sections),
             "compile_seconds": round(self.seconds, 2),
             "worst_fraction_of_bound": self.proof.worst_fraction_of_bound,
             "worst_result": self.proof.worst_result,

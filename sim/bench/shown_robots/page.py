@@ -25,22 +25,23 @@ LEAD = (
 
 def table(rows: Sequence[Row]) -> Table:
     """The figures, a row per robot."""
-    found = Table(title="Robots on the core, configuration fast")
+    found = Table(title="Robots and laws on the core")
     for heading in (
-        "robot", "operations", "cycles", "bound", "as written", "µs", "error/bound", "inputs",
-        "bits", "ticks", "worst axis", "error", "to double",
+        "robot", "core", "operations", "cycles", "bound", "as written", "µs", "error/bound",
+        "inputs", "bits", "ticks", "worst axis", "error", "to double",
     ):  # fmt: skip
-        found.add_column(heading, justify="left" if heading == "robot" else "right")
+        found.add_column(heading, justify="left" if heading in ("robot", "core") else "right")
     for row in rows:
         data = row.as_json()
         loop = data["closed_loop"]
         worst = loop["axes"][loop["worst_axis"]]
         found.add_row(
             row.name,
+            data["configuration"],
             str(data["core_operations"]),
             str(data["cycles"]),
             str(data["bound_cycles"]),
-            str(data["cycles_as_written"]),
+            "-" if row.plain_cycles is None else str(row.plain_cycles),
             f"{data['microseconds']:.3f}",
             f"{data['worst_fraction_of_bound']:.3f}",
             str(data["inputs_tried"]),
@@ -68,11 +69,12 @@ def write_page(rows: Sequence[Row], goals: Sequence[dict[str, Any]], file: Path)
     page.table(table(rows))
     page.figure(_bars(rows), "Cycles of a tick next to the largest lower bound of the schedule.")
     for row in rows:
-        page.section(row.name, row.built.compiled.law.doc)
+        page.section(row.name, row.about or row.built.compiled.law.doc)
         t = np.arange(row.loop.ticks) / row.rate
         errors, outputs = row.loop.core.errors, row.loop.core.outputs
         double = row.loop.double.errors
-        names = [port.name for port in row.built.compiled.law.of_kind("output")]
+        ports = row.built.compiled.law.of_kind("output")
+        names = row.outputs or [port.name for port in ports]
         axes = [f"{name} [{unit}]" for name, unit in row.loop.axes.items()]
         curves = [
             ("error", dict(zip(axes, errors.T, strict=True))),

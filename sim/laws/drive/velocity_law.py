@@ -3,7 +3,8 @@
 
 The speed is the difference of two counts, filtered. A PI controller makes a force of its error; the
 gains are inertia times crossover, and a fifth of the crossover for the integral, which takes up
-what the limit has cut off. Ordered acceleration and friction are fed forward.
+what the limit has cut off. Ordered acceleration and friction are fed forward; the friction has the
+direction of the speed that both loops ask for, so that it does not end a move short of its end.
 """
 
 from __future__ import annotations
@@ -68,8 +69,9 @@ def velocity_law(setting: VelocitySetting) -> Law:
     rate = at["rate"] + setting.share * (moved * (setting.resolution / setting.period) - at["rate"])
     gain = setting.inertia * setting.crossover
     away = (at["wanted"] - at["q"]) * setting.resolution
-    error = at["speed"] + at["hold"] * (POSITION * setting.crossover) * away - rate
-    direction = ca.fmax(ca.fmin(at["speed"] * (setting.wave / SLOW), 1.0), -1.0)
+    wanted = at["speed"] + at["hold"] * (POSITION * setting.crossover) * away
+    error = wanted - rate
+    direction = ca.fmax(ca.fmin(wanted * (setting.wave / SLOW), 1.0), -1.0)
     fed = setting.inertia * at["acceleration"] + setting.viscous * at["speed"]
     asked = gain * error + at["integral"] + fed + setting.coulomb * direction
     force = ca.fmax(ca.fmin(asked, setting.most), -setting.most)

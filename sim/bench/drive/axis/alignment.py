@@ -34,6 +34,7 @@ MOST_OFF = 0.25  # largest distance from the sine as a share of its size
 REST, LONGEST_REST = 3 * MILLISECOND, 120 * MILLISECOND
 STILL = np.radians(0.02)  # electrical, in REST
 TURN = 0.5  # s of an electrical turn
+MOST_APART = 15.0  # degrees between the offset in the file and the answer to currents
 MOST_WAY = 0.05  # largest error of the way of a turn, as a share
 
 
@@ -206,3 +207,30 @@ def with_motion(bench: Bench, loop: SafeLoop, begin: float) -> float:
             )
         )
     return wrapped(float(np.mean(offsets)))
+
+
+def at_absolute_zero(bench: Bench, angle: float) -> float:
+    """Electrical angle at position 0 of the absolute encoder [rad], from that at count 0; the motor
+    is at rest."""
+    one = bench.one
+    way = bench.absolute() * one.absolute - bench.counts * one.resolution
+    return wrapped(angle - one.motor.wave * way)
+
+
+def by_the_encoder(bench: Bench, still: float) -> float:
+    """Electrical angle at count 0 [rad] from the absolute position and `encoder_offset`, the motor
+    at rest; still: the same by its answer to currents, as a check.
+
+    Raises BringUpError if the two do not agree.
+    """
+    one = bench.one
+    assert one.encoder_offset is not None
+    angle = wrapped(one.encoder_offset - at_absolute_zero(bench, 0.0))
+    apart = math.degrees(wrapped(angle - still))
+    if abs(apart) > MOST_APART:
+        raise BringUpError(
+            f"encoder_offset = {one.encoder_offset:g} rad is {apart:+.0f} degrees from the "
+            "magnets, by the rotor's answer to currents; correct it to about "
+            f"{at_absolute_zero(bench, still):.4f}, or remove it and let the start-up find it"
+        )
+    return angle

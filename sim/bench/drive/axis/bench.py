@@ -8,6 +8,7 @@ and for the comparison that the command prints.
 from __future__ import annotations
 
 import ctypes
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -16,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from asip_asm.model.compiler import Compiled, compile_law
 from sim.bench.drive.averaged import END, MIDDLE
-from sim.bench.drive.axis.motor_file import GAIN_ERROR, OFFSET, OneMotor
+from sim.bench.drive.axis.motor_file import GAIN_ERROR, LINEAR, OFFSET, OneMotor
 from sim.bench.drive.axis.programs import Program, bench_library, program
 from sim.bench.drive.chain import OPTIONS
 from sim.bench.drive.plant import FRICTION, INVERTER, MOTOR, PARAMETERS
@@ -105,6 +106,14 @@ class Bench:
         out = np.zeros(5)
         self._lib.bench_truth(self._handle, out.ctypes.data)
         return dict(zip(("x", "v", "i_d", "i_q", "angle"), out.tolist(), strict=True))
+
+    def absolute(self) -> int:
+        """The position that a host reads over BiSS with the motor at rest: single-turn of a rotary
+        encoder."""
+        position = math.floor(self.truth["x"] / self.one.absolute + 0.5)
+        if self.one.kind == LINEAR:
+            return position
+        return position % round(2 * math.pi / self.one.absolute)
 
     def start_up(self) -> None:
         """Load the program of the start-up; rows are `ORDERS`."""

@@ -17,6 +17,7 @@ from sim.bench.drive.axis.result import (
     LEAST_BANDWIDTH,
     LEAST_MARGIN,
     MOST_ANGLE,
+    MOST_FOLLOWING,
     WITHIN,
     bring_up,
 )
@@ -42,6 +43,7 @@ def one_result(file: str, angle: float) -> dict[str, float] | str:
     found["share"] = result.current.bandwidth / one.current_bandwidth
     found["velocity share"] = result.velocity.bandwidth / one.velocity_bandwidth
     found["velocity margin"] = result.velocity.margin
+    found["stays away"] = result.stays_away
     force = one.motor.force_per_ampere * one.motor.i_max
     off = abs(result.found.coulomb - one.friction.coulomb)
     found["friction"] = 100 * off / force
@@ -80,7 +82,8 @@ def goals(found: Mapping[str, dict[str, float] | str], seed: int = SEED) -> Iter
         yield at_most(f"{what}: {name}, identified from the start-up", worst(name), most, "%")
     name = f"{what}: Coulomb friction, identified, of the rated force"
     yield at_most(name, worst("friction"), 1.0, "%")
-    for name, most in MOST_ANGLE.items():
+    for name in ("without motion", "with motion"):
+        most = MOST_ANGLE[name]
         yield at_most(f"{what}: angle by alignment {name}", worst(name), most, "degrees")
     name = f"{what}: way of the rotor in the alignment without motion, electrical"
     yield at_most(name, worst("moved"), 15.0, "degrees")
@@ -91,6 +94,8 @@ def goals(found: Mapping[str, dict[str, float] | str], seed: int = SEED) -> Iter
     name = f"{what}: velocity loop by injection"
     yield at_least(f"{name}, -3 dB, of what the file asks", least("velocity share"), 0.8, "1")
     yield at_least(f"{name}, phase margin", least("velocity margin"), LEAST_MARGIN, "degrees")
+    name = f"{what}: position after a move, electrical"
+    yield at_most(name, worst("stays away"), MOST_FOLLOWING, "degrees")
 
 
 def rows(report: Callable[[str], None]) -> list[Goal]:

@@ -65,8 +65,13 @@ def identified(result: Result) -> Table:
     for name, value in result.angles.items():
         note = f", the rotor moved by {moved}" if name == "without motion" else ""
         off = f"{np.degrees(value):+.2f} degrees{note}"
-        angle = result.found.angle if name == "with motion" else result.found.still
+        angle = result.found.still if name == "without motion" else result.found.angle
         view.add_row(f"angle {name}", f"{angle:.4f}", "", "rad", off)
+    if result.found.offset is not None:
+        entered = result.one.encoder_offset
+        given = "" if entered is None else f"{entered:.4f}"
+        note = "" if given else f"enter encoder_offset = {result.found.offset:.4f}"
+        view.add_row("encoder_offset", f"{result.found.offset:.4f}", given, "rad", note)
     return view
 
 

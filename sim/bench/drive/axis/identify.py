@@ -21,7 +21,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
-from sim.bench.drive.axis.alignment import SafeLoop, settle, with_motion, without_motion
+from sim.bench.drive.axis.alignment import (
+    SafeLoop,
+    at_absolute_zero,
+    by_the_encoder,
+    settle,
+    with_motion,
+    without_motion,
+)
 from sim.bench.drive.axis.bench import (
     COUNT_LATE,
     MILLISECOND,
@@ -30,7 +37,7 @@ from sim.bench.drive.axis.bench import (
     BringUpError,
     Record,
 )
-from sim.bench.drive.axis.motor_file import LINEAR, OPTIMUM
+from sim.bench.drive.axis.motor_file import BISS, LINEAR, OPTIMUM
 from sim.laws.drive.clocks import LOOP_PERIOD
 from sim.laws.drive.start_up_law import MOST
 from sim.robot.drives import Motor
@@ -56,7 +63,8 @@ UNKNOWN_FLUX = 1e-3  # V s: of a program that orders amperes
 @dataclass(frozen=True)
 class Found:
     """SI units; angles: electrical at count 0 [rad], `still` without motion, whose way is `moved`
-    [rad]; level: shares of the identification's current; swings: the recorded start-up."""
+    [rad]; swings: the recorded start-up; offset: electrical angle at position 0 of an absolute
+    encoder."""
 
     R: float
     L_d: float
@@ -69,6 +77,7 @@ class Found:
     still: float
     moved: float
     swings: Record
+    offset: float | None
 
     def motor(self, file: Motor) -> Motor:
         """With what the file alone knows: poles and rated current."""
@@ -81,8 +90,13 @@ def identify(bench: Bench) -> Found:
     bench.measure_offsets()
     loop = SafeLoop(rough_inductance(bench))
     still = without_motion(bench, loop)
-    held = settle(bench, loop, still.angle)
-    angle = with_motion(bench, loop, held)
+    if bench.one.encoder_offset is not None:
+        angle = by_the_encoder(bench, still.angle)
+        held = settle(bench, loop, angle)
+    else:
+        held = settle(bench, loop, still.angle)
+        angle = with_motion(bench, loop, held)
+    offset = at_absolute_zero(bench, angle) if bench.one.encoder == BISS else None
     resistance = measure_resistance(bench, loop, held)
     l_d, l_q = measure_inductances(bench, loop, held)
     swings = swing(bench, Motor(bench.one.motor.pole, resistance, l_d, l_q, UNKNOWN_FLUX,
@@ -91,7 +105,7 @@ def identify(bench: Bench) -> Found:
     inertia, coulomb, viscous = mechanics(bench, swings, angle, psi)
     return Found(
         *(resistance, l_d, l_q, psi, inertia, coulomb, viscous, angle),
-        *(still.angle, still.moved, swings),
+        *(still.angle, still.moved, swings, offset),
     )
 
 

@@ -67,6 +67,8 @@ KEYS = {
     "rated_current": Key("A", 0.2, 200.0, "peak of a phase"),
     "bus_voltage": Key("V", 24.0, 800.0, "DC bus"),
     "encoder_counts": Key("1", 1e2, 1e9, "counts of a turn, or of a metre"),
+    "absolute_counts": Key("1", 1e2, 1e12, "positions of a turn or metre over BiSS", needed=False),
+    "encoder_offset": Key("rad", -7.0, 7.0, "electrical angle at position 0", needed=False),
     "current_bandwidth": Key("Hz", 500.0, MOST_CURRENT_BANDWIDTH, "-3 dB of the current loop"),
     "velocity_bandwidth": Key("Hz", 2.0, MOST_VELOCITY_BANDWIDTH, "-3 dB of the velocity loop"),
     "friction": Key("N m or N", 0.0, 1e4, "Coulomb friction", needed=False),
@@ -75,6 +77,13 @@ KEYS = {
     "dead_time": Key("s", 12 * CLOCK, 255 * CLOCK, "of the inverter", needed=False),
     "current_range": Key("A", 0.2, 1000.0, "full scale of the current sensors", needed=False),
 }
+INCREMENTAL, BISS = "incremental", "biss"
+ENCODERS = {
+    INCREMENTAL: "lines A and B",
+    BISS: "lines A and B, and the position over BiSS-C at the start (`biss_port`)",
+}
+TEXTS = ("type", "encoder")
+OF_BISS = ("absolute_counts", "encoder_offset")
 EITHER = (("L", "L_d"), ("L", "L_q"), ("flux", "torque_constant", "force_constant"))
 
 
@@ -83,7 +92,9 @@ class OneMotor:
     """A motor's file in SI units; an `Inverter` of the current law, with one motor.
 
     inertia: kg m2 or kg; resolution: travel of a count [rad or m]; travel: free travel [rad or m],
-    infinite of a rotary motor; bandwidths: of the current and velocity loops [Hz].
+    infinite of a rotary motor; bandwidths: of the current and velocity loops [Hz]. encoder: of
+    `ENCODERS`; absolute: travel of a position over BiSS; encoder_offset: electrical angle where
+    that position is 0 [rad], None: the start-up finds it.
     """
 
     kind: str
@@ -102,6 +113,9 @@ class OneMotor:
     drop: float = DROP
     drop_resistance: float = DROP_RESISTANCE
     f_pwm: float = 1 / (2 * HALF_PERIOD * CLOCK)
+    encoder: str = INCREMENTAL
+    absolute: float = 0.0
+    encoder_offset: float | None = None
 
     @property
     def motors(self) -> tuple[Motor, ...]:
@@ -147,8 +161,19 @@ def _checked(content: Mapping[str, Any]) -> dict[str, Any]:
         got = f" = {kind!r}" if kind is not None else ": missing"
         raise _Wrong("type", f'{got}; write type = "rotary" or type = "linear"')
     known = {name: key for name, key in KEYS.items() if key.kind in ("", kind)}
+    encoder = content.get("encoder", INCREMENTAL)
+    if encoder not in ENCODERS:
+        known_ones = "; ".join(f'"{name}": {text}' for name, text in ENCODERS.items())
+        raise _Wrong(
+            "encoder",
+            f" = {encoder!r}: not supported; the current loop takes counts of A and B. Write one "
+            f"of {known_ones}",
+        )
+    for name in OF_BISS:
+        if name in content and encoder != BISS:
+            raise _Wrong(name, f': of an absolute encoder; add encoder = "{BISS}", or remove it')
     for name, value in content.items():
-        if name == "type":
+        if name in TEXTS:
             continue
         if name not in known:
             raise _Wrong(name, _unknown(name, kind, known))
@@ -182,7 +207,7 @@ def _unknown(name: str, kind: str, known: Mapping[str, Key]) -> str:
     if name in KEYS:
         return f": a {KINDS[kind]} has none; remove the line, or change type"
     hint = closest(name, known)
-    return f": unknown key; {hint or 'the keys are type, ' + ', '.join(known)}"
+    return f": unknown key; {hint or 'the keys are ' + ', '.join((*TEXTS, *known))}"
 
 
 def _made(values: Mapping[str, Any]) -> OneMotor:
@@ -211,18 +236,26 @@ def _made(values: Mapping[str, Any]) -> OneMotor:
         motor,
         friction,
         inertia,
-        1 / values["encoder_counts"] if linear else 2 * math.pi / values["encoder_counts"],
+        _travel_of(linear, values["encoder_counts"]),
         values.get("travel", math.inf),
         values["current_bandwidth"],
         values["velocity_bandwidth"],
         U_dc=float(values["bus_voltage"]),
         current_scale=values.get("current_range", 2.0 * rated),
         dead_time=round(values.get("dead_time", 1e-6) / CLOCK) * CLOCK,
+        encoder=values.get("encoder", INCREMENTAL),
+        absolute=_travel_of(linear, values.get("absolute_counts", values["encoder_counts"])),
+        encoder_offset=values.get("encoder_offset"),
     )
     for name, wrong, text in _possible(one, values):
         if wrong:
             raise _Wrong(name, f" = {values.get(name, 0.0):g}{text}")
     return one
+
+
+def _travel_of(linear: bool, counts: float) -> float:
+    """Travel of a count [m or rad] of so many of a metre or a turn."""
+    return 1 / counts if linear else 2 * math.pi / counts
 
 
 def _possible(one: OneMotor, values: Mapping[str, Any]) -> Iterator[tuple[str, bool, str]]:
@@ -255,6 +288,16 @@ def _possible(one: OneMotor, values: Mapping[str, Any]) -> Iterator[tuple[str, b
         *("encoder_counts", counts < LEAST_COUNTS),
         f": only {counts:.4g} counts of an electrical turn; at least {LEAST_COUNTS} for the angle "
         "of the current loop, take a finer encoder",
+    )
+    turn = round(2 * math.pi / one.absolute)
+    yield (
+        *("absolute_counts", motor.pole / one.absolute < LEAST_COUNTS),
+        f": only {motor.pole / one.absolute:.4g} positions of an electrical turn; at least "
+        f"{LEAST_COUNTS} for the angle at the start, take a finer encoder",
+    )
+    yield (
+        *("absolute_counts", not linear and abs(turn * one.absolute / (2 * math.pi) - 1) > 1e-12),
+        ": must be a whole number, a turn has no part of a position",
     )
     span = one.travel if linear else 100 * 2 * math.pi
     yield (

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sim.bench.drive.axis.alignment import wrapped
 from sim.bench.drive.axis.bench import Bench, Record
 from sim.bench.drive.axis.identify import Found, identify
-from sim.bench.drive.axis.motor_file import OneMotor
+from sim.bench.drive.axis.motor_file import BISS, OneMotor
 from sim.bench.drive.axis.tuning import (
     Gains,
     close,
@@ -29,7 +29,9 @@ from sim.report.goals import Goal, at_least, at_most
 Report = Callable[[str], None]
 WITHIN = {"R": 5.0, "L_d": 5.0, "L_q": 5.0, "flux": 3.0, "inertia": 10.0}  # percent
 LEAST_BANDWIDTH, LEAST_MARGIN = 3000.0, 50.0
-MOST_ANGLE = {"without motion": 5.0, "with motion": 2.0}  # degrees, electrical
+BY_ENCODER = "by the encoder"
+MOST_ANGLE = {"without motion": 5.0, "with motion": 2.0, BY_ENCODER: 2.0}  # degrees, electrical
+RESTS = 1.37  # electrical turns from position 0, where a motor with an absolute encoder begins
 MOST_FOLLOWING = 5.0  # degrees, electrical: at the end of the move
 
 
@@ -68,6 +70,11 @@ class Result:
         """Distance from the file in percent, of what the file has."""
         found, file, _ = self.compared[name]
         return 100 * abs(found / file - 1)
+
+    @property
+    def angle_by(self) -> str:
+        """How the angle of the loops was found."""
+        return "with motion" if self.one.encoder_offset is None else BY_ENCODER
 
     @property
     def stays_away(self) -> float:
@@ -114,7 +121,8 @@ class Result:
                 name: {"found": value, "file": file, "unit": unit}
                 for name, (value, file, unit) in self.compared.items()
             },
-            "angle_rad": {"with motion": found.angle, "without motion": found.still},
+            "angle_rad": {self.angle_by: found.angle, "without motion": found.still},
+            "encoder_offset_rad": found.offset,
             "moved_without_motion_degrees": float(np.degrees(found.moved)),
             "gains": {
                 "current": {"K_p_d": tuned.k_d, "K_p_q": tuned.k_q, "K_i": tuned.k_i},
@@ -134,15 +142,16 @@ def bring_up(
     bench: Bench | None = None,
 ) -> Result:
     """Bring up a motor at rest; angle: electrical, at its position 0 [rad], which nothing but the
-    plant knows. Raises BringUpError."""
-    bench = bench or Bench(one, angle)
+    plant knows unless the file has it as `encoder_offset`. Raises BringUpError."""
+    if one.encoder_offset is not None:
+        angle = one.encoder_offset
+    at = RESTS * one.motor.pole if one.encoder == BISS else 0.0
+    bench = bench or Bench(one, angle, at)
     report("alignment and identification")
     found = identify(bench)
     true = bench.truth["angle"]
-    angles = {
-        "without motion": wrapped(found.still - true),
-        "with motion": wrapped(found.angle - true),
-    }
+    by = "with motion" if one.encoder_offset is None else BY_ENCODER
+    angles = {"without motion": wrapped(found.still - true), by: wrapped(found.angle - true)}
     tuned = gains_of(one, found)
     report("current loop by injection")
     current = current_response(bench, found, tuned)
