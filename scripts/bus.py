@@ -24,8 +24,8 @@ from asip_asm.command import command, script_parser
 from asip_asm.project import BUILD, ROOT
 from scripts import bus_page
 from scripts.bus_rows import PRODUCERS, Order
-from sim.report.goals import Goal, begin_goals, markdown_table, merge_goals, missed, terminal_table
-from sim.report.marks import write_between_marks
+from sim.report.goals import Goal, begin_goals, merge_goals, missed, terminal_table, updated_table
+from sim.report.marks import text_between, write_between_marks
 
 RESULTS = BUILD / "bus.json"
 PAGE = ROOT / "docs/ethercat.md"
@@ -59,7 +59,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = parser.parse_args(argv)
     if options.docs:
         results = json.loads(options.results.read_text(encoding="utf-8"))
-        write_between_marks(PAGE, {"goals": markdown_table(results["goals"])})
+        text = PAGE.read_text(encoding="utf-8")
+        table = updated_table(text_between(text, "goals", PAGE.name), results)
+        write_between_marks(PAGE, {"goals": table})
         return 0
     if unknown := set(options.producers) - set(PRODUCERS):
         parser.error(f"no {', '.join(sorted(unknown))}; there are {', '.join(PRODUCERS)}")

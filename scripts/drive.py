@@ -4,7 +4,8 @@
     python -m scripts.drive           minutes: short runs; rows that need long ones say so
     python -m scripts.drive --full    whole path, 2 s of every clock, 10^9 edges, place and route
     python -m scripts.drive guards motors    only these; the file keeps the rows of the others
-    python -m scripts.drive --docs    write docs/drive.md from build/drive.json
+    python -m scripts.drive --docs    write docs/drive.md from build/drive.json: of a part of the
+                                      producers their rows alone
     python -m scripts.drive motor.toml    bring up the motor of that file alone, to build/motor.*
 
 Exit status: 0 if every goal is met, 1 if one is missed or not measured, 2 wrong command line.
@@ -14,7 +15,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib.util import find_spec
 from typing import Any
 
@@ -30,8 +31,8 @@ from sim.bench.drive.goals import FULL_RUN, Job, Part, Rows
 from sim.bench.drive.guards import campaign as campaign_of_guards
 from sim.laws.drive.clocks import CLOCK
 from sim.laws.drive.current_law import Setting
-from sim.report.goals import depth, markdown_table
-from sim.report.marks import between_marks
+from sim.report.goals import depth, updated_table
+from sim.report.marks import between_marks, text_between
 from sim.robot.drives import Drives
 from sim.robot.parameters import Robot
 from sim.verbs import YOSYS, absent
@@ -173,9 +174,19 @@ def block_table(rows: list[dict[str, Any]]) -> str:
 
 
 def page_text(page: str, results: dict[str, Any]) -> str:
-    """docs/drive.md with the figures of build/drive.json. Raises ValueError without its marks."""
-    late = results["delays"]
-    texts = {
+    """docs/drive.md with the figures of build/drive.json; what it lacks stays. Raises ValueError
+    without its marks."""
+    texts = {"goals": updated_table(text_between(page, "goals", PAGE.name), results)}
+    if "delays" in results:
+        texts |= delay_texts(results["delays"])
+    if results.get("blocks"):
+        texts["blocks"] = block_table(results["blocks"])
+    return between_marks(page, texts, PAGE.name)
+
+
+def delay_texts(late: Mapping[str, float]) -> dict[str, str]:
+    """Delays of the chain, and the force of a count."""
+    return {
         "delays": (
             "| from | to | delay at 125 MHz |\n| --- | --- | --- |\n"
             "| first clock of a control period, positions taken | commands, friction in the law | "
@@ -190,10 +201,7 @@ def page_text(page: str, results: dict[str, Any]) -> str:
             f"One count of the table is {late['count']:.0f} urad. The tracking law answers it with "
             f"{late['pulse']:.0f} N m for one tick of 100 us.\n"
         ),
-        "blocks": block_table(results.get("blocks", [])),
-        "goals": markdown_table(results["goals"]),
     }
-    return between_marks(page, texts, PAGE.name)
 
 
 @command("microtick drive")

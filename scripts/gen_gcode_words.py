@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 from scripts.generated import run
 from sim.motion.gcode.block import GROUPS, letters_of
-from sim.motion.gcode.unsupported import IGNORED, refused_letters, refused_words
+from sim.motion.gcode.unsupported import IDLE_LETTERS, IGNORED, refused_letters, refused_words
 
 SCRIPT = "scripts/gen_gcode_words.py"
 TEXT = """\
@@ -56,6 +56,7 @@ def _rows(rows: Sequence[tuple[str, ...]]) -> str:
 def generate() -> dict[str, str]:
     """Text of the page by its path."""
     ignored = {word for words, _ in IGNORED for word in words.split()}
+    idle = [(f"{' '.join(letters)} of {code}", why) for code, letters, why in IDLE_LETTERS]
     used = [
         (group, code, " ".join(letters_of(code)) or "-")
         for group, codes in GROUPS.items()
@@ -65,7 +66,7 @@ def generate() -> dict[str, str]:
     text = TEXT.format(
         script=SCRIPT,
         used=_rows(used),
-        ignored=_rows(list(IGNORED)),
+        ignored=_rows([*IGNORED, *idle]),
         refused=_rows([*refused_words(), *refused_letters()]),
     )
     return {"docs/gcode_words.md": text}

@@ -158,6 +158,20 @@ def markdown_table(goals: Iterable[Mapping[str, Any]]) -> str:
     )
 
 
+def updated_table(table: str, results: Mapping[str, Any]) -> str:
+    """A page's table with the results of full runs. Results that are not whole replace the rows of
+    their names, or come after the others; the other rows stay."""
+    goals = results["goals"]
+    if results.get("whole"):
+        return markdown_table(goals)
+    depths = results.get("depths", {})
+    new = [goal for goal in goals if depths.get(goal["producer"]) and goal["value"] is not None]
+    _, _, *made = markdown_table(new).splitlines()
+    rows = {goal["name"]: row for goal, row in zip(new, made, strict=True)}
+    lines = [rows.pop(line.split(" | ")[0].removeprefix("| "), line) for line in table.splitlines()]
+    return "\n".join([*lines, *rows.values()]) + "\n"
+
+
 def _reached(goal: Mapping[str, Any]) -> str:
     if goal["value"] is None:
         return NOT_MEASURED

@@ -36,6 +36,13 @@ def between_marks(page: str, texts: Mapping[str, str], file: object) -> str:
     return page
 
 
+def text_between(page: str, name: str, file: object) -> str:
+    """The text between the marks of a name. Raises MarksError as `between_marks`."""
+    between_marks(page, {name: ""}, file)
+    begin = page.index("\n", page.index(f"<!-- {name}: ")) + 1
+    return page[begin : page.index(f"<!-- end of {name} -->", begin)]
+
+
 def write_between_marks(page: Path, texts: Mapping[str, str]) -> None:
     """Put the texts into a page. Raises MarksError as `between_marks`."""
     text = between_marks(page.read_text(encoding="utf-8"), texts, page)

@@ -119,7 +119,7 @@ def test_page__takes_the_goals_and_keeps_the_rest(producers, tmp_path, monkeypat
     page = tmp_path / "ethercat.md"
     page.write_text("# Bus\n<!-- goals: written by hand -->\nold\n<!-- end of goals -->\nrest\n")
     monkeypatch.setattr(bus, "PAGE", page)
-    goals(tmp_path)
+    goals(tmp_path, "--full")
     assert bus.main(["--docs", "--results", str(tmp_path / "bus.json")]) == 0
     text = page.read_text()
     assert "| near | 9 ns | <= 20 ns |\n" in text and "| far | 21 ns, missed | <= 20 ns |\n" in text

@@ -279,10 +279,10 @@ def campaign(name: str, count: int, make: Callable[[str], str] = program) -> dic
     return found
 
 
-def test_reader__ten_thousand_random_programs__moves_or_located_mistakes():
-    found = campaign("quick", 10_000)
+def test_reader__random_programs__moves_or_located_mistakes():
+    found = campaign("quick", 2500)
     # A campaign that only meets refusals, or none, would prove nothing.
-    assert min(found["moves"], found["mistakes"]) > 1000
+    assert min(found["moves"], found["mistakes"]) > 250
 
 
 def test_reader__random_o_words__moves_or_located_mistakes(monkeypatch):

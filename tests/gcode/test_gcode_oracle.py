@@ -40,6 +40,45 @@ PROGRAMS = {
         "G38.2 Z-5 F100\nG1 X1 Z#5063\nG38.3 X9 Z-7\nX[#5061+2] Y[#5070+3]\nG38.5 Z4 A3\nG0 X2 Y2"
         " Z2\nG92 X1 Y1\nG38.4 X5 F30\nG0 Y#5061 X#5062\nG20 G38.2 X1\nG1 Y#5061 X#5065 Z1"
     ),
+    "feed per turn": (
+        "G95 M3 S100 F.2\nG1 X3\nS200 X4\nG2 X5 Y1 R3\nG93 G1 X9 F3\nG95 F.5\nG83 X1 Z-1 R1 Q.7\n"
+        "G80\nG33 Z-5 K1.25\nG94 G1 X1 F30"
+    ),
+    "constant speed of the spindle": "G97 S300 M3\nG33 Z-5 K1.25",
+    "oriented spindle": "M19\nM19 R45 Q2\nG1 X1 F100\nM19 P1 X3",
+    "outputs": "M62 P1\nG1 X1 F100\nM63 P1 X3\nM64 P0\nM65 P0\nM67 E0 Q2.5\nM68 E1 Q-1\nX5",
+    "input": "G1 X1 F100\nM66 P0 L0\nX3\nM66 E1\nX2",
+    "local system": (
+        "G52 X2 Y3\nG0 X1 Y1\nG52 X5\nG0 X1 Y1\nG92 X0\nG0 X1 Y1\nG52 X0 Y0\nX1 Y1\n"
+        "G92 X7 Y7\nG52 X1\nX0 Y0\nG92.2\nX0 Y0\nG92.3\nX0 Y0"
+    ),
+    "local system, rotated": "G10 L2 P1 X10 R30\nG52 X2 Y3\nG0 X1 Y1\nG92 X0\nX1 Y1 Z2 A3",
+    "tool mounted before": "M61 Q2\nG43\nG0 X1 Z1\nM61 Q[1+2] G43\nX2 Z2\nM61 Q0 X3\nG49 Z3",
+    "data of tools": (
+        "G10 L1 P1 X1 Y2 Z3\nT1 M6\nG43\nG0 X1 Y1 Z1\nG10 L1 P1 Z7\nX2 Z2\nG43\nX3 Z3 A1\n"
+        "G10 L10 P1 X0 Z1\nG43\nX1 Y1 Z1\nG10 L1 P2 X4 R3\nG43 H2\nX2"
+    ),
+    "data of tools, rotated": (
+        "T1 M6\nG43\nG10 L2 P1 X1 R45\nG0 X10 Y20 Z3\nG10 L11 P1 X4 Z9\nG43\nX1 Y0\n"
+        "G10 L2 P9 X3 Y9 R30\nG52 X3\nG10 L11 P1 X4 Z9\nG43\nX1 Y0\nG10 L10 P1 Y4 Z9\nG43\n"
+        "X1 Y0\nG10 L10 P1 X4 Y2\nG43\nX2 Y0"
+    ),
+    "arcs of rotated planes": (
+        "G10 L2 P1 X3 Y-2 Z1 R30\nG0 X1 Y2 Z3\nF500\nG18 G2 X5 Z3 I2 K0\nG3 X5 Z6 R4 Y5\n"
+        "G19 G2 Y9 Z6 J2 K0.5\nG3 Y9 Z8 K1 J0 P2 X8\nG2 Y9.01 Z8.02 J5 K0\nG10 L2 P1 R90\n"
+        "G18 G0 X0 Z0\nG3 X4 Z2 I2 K1 A5"
+    ),
+    "state shown by parameters": (
+        "G1 X#<_metric> Y#<_absolute> Z#<_task> F100\nX#<_lathe_radius_mode> Y[#<_plane>/10]\n"
+        "G18 G91 G95 S7 M3\nG0 X#<_plane> Z#<_incremental>\nG90 X#<_units_per_rev> Y#<_rpm>\n"
+        "X#<_spindle_cw> Z#<_units_per_minute>\nG94\nG55 X[#<_coord_system>/100] Z#<_imperial>\n"
+        "G99 M49 M5\nX#<_retract_r_plane> Y#<_retract_old_z> Z#<_feed_override>\nT2\n"
+        "Y#<_selected_tool>\nM6\nX#<_current_tool>\nY#<_spindle_on> Z#<_inverse_time>\nG93 G98\n"
+        "X#<_inverse_time> Y#<_retract_old_z> Z#<_ijk_absolute_mode>\nG20 X#<_imperial>\n"
+        "G43 Y#<_lathe_diameter_mode>\nX#<_tool_offset>"
+    ),
+    "parameters that do not exist": "#<a> = 9\nG0 X EXISTS[#1] Y EXISTS[#99999] Z EXISTS[#<a>]",
+    "absent axis": "G0 X1 B0\nG10 L2 P1 B0 X3\nX1\nG92 B0 X2\nX1",
     "no-ops": "G40 G49 G80\nG1 X3 F100",
     "coordinate systems": (
         "G10 L2 P2 X10 Y20 Z5 A3 C4\nG10 L2 P6 X-1\nG0 X1 Y1\nG55 X1 Y1 A1\nG1 X2 F100\n"
@@ -192,6 +231,17 @@ REFUSED = {
     "arc off its circle": "G2 X5 Y0 I1 J3 F100",
     "radius too small": "G2 X5 R1 F100",
     "no feed": "G1 X1",
+    "feed per turn without a spindle": "G95 G1 X1 F1",
+    "probing per turn": "G95 M3 S9 F1\nG38.2 X1",
+    "data of no tool": "G10 L1 P77 Z1",
+    "data of a tool without numbers": "G10 L1 P1",
+    "orientation out of range": "M19 R400",
+    "direction of the orientation": "M19 R40 P3",
+    "orientation without time": "M19 Q0",
+    "no input": "M66",
+    "two inputs": "M66 P1 E1",
+    "output without a number": "M62",
+    "analog output without a number": "M68 Q2",
     "cycle without R": "G81 X1 Z-1 F100",
     "cycle below R": "G81 X1 Z3 R1 F100",
     "peck without Q": "G83 X1 Z-1 R1 F100",

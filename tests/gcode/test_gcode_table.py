@@ -14,7 +14,7 @@ import pytest
 from sim.motion.gcode.block import GROUPS, letters_of
 from sim.motion.gcode.interpreter import GcodeErrors, parse
 from sim.motion.gcode.tools import Tool
-from sim.motion.gcode.unsupported import IGNORED, refused_letters, refused_words
+from sim.motion.gcode.unsupported import IDLE_LETTERS, IGNORED, refused_letters, refused_words
 from sim.motion.geometry.override import overridden_program
 from sim.motion.geometry.workspace import default_robot
 from sim.motion.trajectory.program import plan
@@ -25,6 +25,7 @@ TOOLS = {
     2: Tool((1.0, 2.0, 3.0, 1.0, 1.0), 6.0),
 }
 UNUSED = {word for words, _ in IGNORED for word in words.split()}
+IDLE = {code: set(letters) for code, letters, _ in IDLE_LETTERS}
 CODES = [code for codes in GROUPS.values() for code in codes if code not in UNUSED]
 CORNER = "G1 X3 F6000\n{}\nX6 Y2\nY5"
 CONTOURS = (
@@ -83,6 +84,11 @@ PROGRAMS = {
     "M3": ("", "S100\n{}|M3\nG33 Z602 K1"),
     "M4": ("", "S100\n{}|M4\nG33 Z602 K1"),
     "M5": ("", "S100 M3\n{}|M5\nG33 Z602 K1"),
+    "M19": (
+        "",
+        f"G64\n{CORNER}|M19 R90 P1 Q2 | R90->= P1->= Q2->=",
+        "S100 M3\n{}|M19\nG0 X[#<_spindle_on> + 1]",
+    ),
     "G80": ("", "F6000 G81 X1 Z601 R602\n{}|G80\nX2"),
     "G81": (
         "G83 Q0.3", "F6000\n{}|G81 X1 Y1 Z600 R602 L2", "F6000 G1 X3\n{}|G81 @3 ^5 Z600 R602",
@@ -132,6 +138,7 @@ PROGRAMS = {
     "G91.1": ("", "F6000 G0 X3 G90.1\n{}|G91.1\nG2 X5 I1 J0"),
     "G93": ("", "G94 F1000\n{}|G93\nG1 X2 F1000"),
     "G94": ("", "G93\n{}|G94\nG1 X2 F1000"),
+    "G95": ("", "G94 F10 S100 M3\n{}|G95\nG1 X2 F10"),
     "G54": ("", "G10 L2 P1 X1\nG55\n{}|G54\nG0 X3"),
     **{
         f"G{n}": ("", f"G10 L2 P{p} X1\n{{}}|G{n}\nG0 X3")
@@ -163,7 +170,13 @@ PROGRAMS = {
         "{}|G10 P1 L2 X1\nG0 X3 | L2->20",
         "{}|G10 P1 L2 R6\nG0 X3 | L2->=",
         "{}|G10 L20 P0 X1 Y2 Z601 A4 C5\nG0 X3 Y3 Z602 A2 C2 | P0->2 L20->=",
+        "{}|G10 L1 P1 X1 Y2 Z3 A4 C5\nG43 H1\nG0 X3 Y3 Z602 A2 C2 | L1->=",
+        "{}|G10 L10 P1 X1 Y2 Z599 A4 C5\nG43 H1\nG0 X3 Y3 Z602 A2 C2 | L10->=",
+        "F6000\n{}|G10 L1 P1 R3\nG41 D1\nG1 X9\nX19 | L1->=",
+        "T1 M6\n{}|G10 L1 P1 Q3\nG0 X[#5413 + 1] | L1->=",
+        "G92 X5\n{}|G10 L11 P1 X1 Z599\nG43 H1\nG0 X3 Z600 | L11->10",
     ),
+    "G52": ("", "{}|G52 X1 Y1 Z-1 A1 C1\nG0 X3 Y3 Z602 A2 C2"),
     "G28": ("", "G0 X3\n{}|G28 X2 Y2 Z602 A2 C2"),
     "G28.1": ("", "G0 X3\n{}|G28.1\nG0 X5\nG28"),
     "G53": ("", "G10 L2 P1 X1\n{}|G53 G0 X3"),
@@ -174,6 +187,13 @@ PROGRAMS = {
     **dict.fromkeys(("M2", "M30"), ("", "G0 X1\n{}|%s\nX2")),
     **dict.fromkeys(("M0", "M1", "M60"), ("", f"G64\n{CORNER}|%s")),
     "M6": ("", f"G64 T1\n{CORNER}|M6"),
+    "M61": ("", "{}|M61 Q1\nG43\nG0 X1 Z601"),
+    "M66": (
+        "",
+        f"G64\n{CORNER}|M66 P1 L0 | P1->= L0->=",
+        f"G64\n{CORNER}|M66 E1 | E1->=",
+        "#5399 = 3\n{}|M66 P1\nG0 X[#5399 + 1] | P1->=",
+    ),
     "M70": ("", "G0 X1\n{}|M70\nG91\nM72\nX2"),
     "M71": ("", "G0 X1\nM70\n{}|M71\nM72"),
     "M72": ("", "G0 X1\nM70\nG91\n{}|M72\nX2"),
@@ -184,6 +204,10 @@ PROGRAMS = {
     "M49": ("", "{}|M49\nG1 X2 F1000"),
     "M50": ("", "{}|M50 P0\nG1 X2 F1000", "M49\n{}|M50\nG1 X2 F1000"),
 }  # fmt: skip
+SIGNALS = {
+    **{f"M{number}": f"M{number} P1" for number in (62, 63, 64, 65)},
+    **{f"M{number}": f"M{number} E0 Q2.5" for number in (67, 68)},
+}
 REFUSED_WITH = {"G80", "M71", "M5"}  # the word makes the block after it wrong
 
 
@@ -238,6 +262,7 @@ def test_word__of_the_table__acts_with_each_of_its_letters(code):
             letters.add(word[0])
         left = outcome(text.format(without(block, code, PROGRAMS[code][0])))
         assert left != acting, block
+    letters |= IDLE.get(code, set())
     assert set(letters_of(code)) <= letters, "a letter of the table has no program here"
 
 
@@ -249,7 +274,7 @@ def test_speed_of_the_spindle__is_the_feed_of_a_thread():
 @pytest.mark.parametrize("word", sorted(UNUSED - {"(", ")", ";", "O0001", "/"}))
 def test_word__ignored__changes_nothing(word):
     text = "{}\nG0 X1\nM2"
-    shown = {"N": "N7"}.get(word, word)
+    shown = {"N": "N7", **SIGNALS}.get(word, word)
     assert outcome(text.format(shown)) == outcome(text.format(""))
 
 

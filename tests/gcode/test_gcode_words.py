@@ -203,9 +203,31 @@ MISTAKES = {
     ),
     "end of no subprogram": ("G0 X1\nM99\nM2", 1, "M99", "outside of a subprogram", "M98 calls"),
     "O word inside": ("G0 X1 O100\nM2", 7, "O100", "O word after other words", "first in"),
-    "rotated arc": (
-        "G10 L2 P1 R9\nG18 G2 X2 I1 F9\nM2", 5, "G2", "arc in G18 of a rotated", "arcs in G17",
+    "feed per turn of no spindle": (
+        "G95 G1 X1 F1\nM2", 5, "G1", "spindle that does not turn", "M3 or M4",
     ),
+    "probing per turn": (
+        "G95 M3 S9 F1\nG38.2 X1\nM2", 1, "G38.2", "G38.2 with G95", "feed per minute",
+    ),
+    "tool without a number": ("M61\nM2", 1, "M61", "M61 without a tool", "Q with its number"),
+    "data of no tool": ("G10 L1 P7 Z1\nM2", 8, "P7", "without a tool", "tool of the table"),
+    "data of no kind": ("G10 L3 P1 Z1\nM2", 5, "L3", "without a known L", "L1, L10, L11"),
+    "orientation out of range": ("M19 R400\nM2", 5, "R400", "M19 with R400", "from 0 to 360"),
+    "orientation without time": ("M19 Q0\nM2", 5, "Q0", "M19 with Q0", "greater than 0"),
+    "wait for a signal": ("M66 P1 L3 Q5\nM2", 8, "L3", "never comes", "L0"),
+    "input without a number": ("M66\nM2", 1, "M66", "reads one input", "P (digital) or E"),
+    "two inputs": ("M66 P1 E1\nM2", 1, "M66", "reads one input", "P (digital) or E"),
+    "output without a number": ("M62\nM2", 1, "M62", "number of its output", "P"),
+    "analog output without a number": ("M68 Q2\nM2", 1, "M68", "number of its output", "E"),
+    "parameter of an INI file": (
+        "#<_ini[a]b> = 3\nM2", 2, "<_ini[a]b>", "a machine's configuration", "the program sets",
+    ),
+    "home of an absent axis": ("G28 B0\nM2", 5, "B0", "machine lacks", "X Y Z A C"),
+    "place of an absent axis": ("G0 X1 B2\nM2", 7, "B2", "an axis about Y", "one of"),
+    "value that shows the state": (
+        "#<_metric> = 3\nM2", 1, "#<_metric> = 3", "read only", "another parameter",
+    ),
+    "value that shows the tool": ("#5403 = 3\nM2", 1, "#5403 = 3", "read only", "another"),
     "rotated compensation": (
         "G10 L2 P1 R9\nG18 G41.1 D1\nM2", 5, "G41.1", "in G18 of a rotated", "G17",
     ),

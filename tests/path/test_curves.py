@@ -89,6 +89,23 @@ def test_arc__with_third_axis__is_a_helix_of_its_true_length():
     assert np.linalg.norm(direction[:, :3], axis=1) == pytest.approx(np.ones(9), rel=1e-14)
 
 
+@pytest.mark.parametrize(
+    "code",
+    ["G18 G2 X9 Z603 I4 K3", "G19 G3 Y1 Z603 J-1 K2 P2 X3", "G18 G3 X0 Y3 Z603 R7"],
+)
+def test_arc__plane_of_a_rotated_system__is_the_arc_turned_about_z(code):
+    flat = only_block(f"F1000 {code}").curve
+    text = f"G10 L2 P1 X3 Y-2 Z1 R37\nG0 X0 Y0 Z600\nF1000 {code}\nM2"
+    turned, s = build_path(parse(text))[-1].curve, np.linspace(0, flat.length, 33)
+    assert turned.length == pytest.approx(flat.length, rel=1e-12)
+    cos, sin = math.cos(math.radians(37)), math.sin(math.radians(37))
+    matrix = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
+    expected = [each[:, :3] @ matrix.T for each in (*flat.evaluate(s), flat.third(s))]
+    expected[0] = expected[0] + (0.003, -0.002, 0.001)
+    for here, there in zip((*turned.evaluate(s), turned.third(s)), expected, strict=True):
+        assert here[:, :3] == pytest.approx(there, rel=1e-8, abs=1e-9 * abs(there).max())
+
+
 def test_arc__end_off_the_circle_within_the_tolerance__ends_at_the_programmed_point():
     block = only_block("F1000 G3 X0.0011 Y50.0012 I-50", start=BESIDE)
     assert points(block, [0.0])[0][:2] == pytest.approx((0.05, 0), abs=POINT_TOLERANCE)

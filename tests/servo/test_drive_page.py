@@ -21,6 +21,7 @@ def test_page__takes_the_figures_and_keeps_the_rest():
     page = drive.PAGE.read_text(encoding="utf-8")
     block = {"name": "biss_master", "luts": 123, "registers": 45, "mhz": None}
     results = {"delays": DELAYS, "goals": as_json(rows), "blocks": [block, block | {"mhz": 161.7}]}
+    results |= {"whole": True}
     text = drive.page_text(page, results)
     for line in (
         "| a | 1.5 us | <= 1.5 us |",
@@ -35,8 +36,26 @@ def test_page__takes_the_figures_and_keeps_the_rest():
     assert text.count("\n## ") == page.count("\n## ")
 
 
+def test_page__of_some_producers__changes_their_rows_alone():
+    page = drive.PAGE.read_text(encoding="utf-8")
+    known, kept = "five current loops on small", "five current loops on fast"
+    rows = Rows()
+    rows.most(known, 487, "cycles", 700)
+    rows.most("a new row", 3, "cycles", 4)
+    goals = [row | {"producer": "loops"} for row in as_json(rows)]
+    sampled = Rows()
+    sampled.most(kept, 5, "cycles", 6)
+    goals += [row | {"producer": "path"} for row in as_json(sampled)]
+    results = {"goals": goals, "depths": {"loops": True, "path": False}, "whole": False}
+    text = drive.page_text(page, results)
+    changed = set(text.splitlines()) - set(page.splitlines())
+    assert changed == {f"| {known} | 487 cycles | <= 700 cycles |",
+                       "| a new row | 3 cycles | <= 4 cycles |"}  # fmt: skip
+    assert f"| {kept} | 188 cycles |" in text
+
+
 def test_page__without_its_marks_is_refused():
-    with pytest.raises(ValueError, match="drive.md: error: 0 pairs of marks `<!-- delays"):
+    with pytest.raises(ValueError, match="drive.md: error: 0 pairs of marks `<!-- goals"):
         drive.page_text("# Motor drives", {"delays": DELAYS, "goals": [], "blocks": []})
 
 

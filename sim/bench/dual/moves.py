@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.motion.geometry.curves import MISSES, Arc, Block, Spiral
+from sim.motion.geometry.curves import MISSES, Arc, Block, Spiral, TurnedArc
 from sim.motion.planner.scurve import SCurve
 from sim.motion.trajectory.exact_stop import MotionSettings, Trajectory, on_number_grid
 
@@ -72,11 +72,12 @@ def _move(block: Block, ticks: int, settings: MotionSettings) -> Move:
     stretch = ticks * settings.period / total
     way, half_turn = end - start, 0.0
     radius_start, radius_end, normal = np.zeros(3), np.zeros(3), np.zeros(3)
-    if isinstance(curve, Spiral):
+    flat = curve.flat if isinstance(curve, TurnedArc) else curve
+    if isinstance(flat, Spiral):
         move = block.move
         raise PathNotSuitedError(
             f"line {move.line}: the radii at both ends of an arc differ by "
-            f"{abs(curve.growth) * 1e3:.4f} mm; expected {MISSES * 1e3:g} mm at most; correct the "
+            f"{abs(flat.growth) * 1e3:.4f} mm; expected {MISSES * 1e3:g} mm at most; correct the "
             "end or the centre"
         )
     if isinstance(curve, Arc):
@@ -89,6 +90,11 @@ def _move(block: Block, ticks: int, settings: MotionSettings) -> Move:
             radius[first] = curve.radius * np.cos(angle)
             radius[second] = curve.radius * np.sin(angle)
         normal[3 - first - second] = 1.0 if (second - first) % 3 == 1 else -1.0
+        if isinstance(curve, TurnedArc):
+            radius_start, radius_end, normal = (
+                curve.turn.turned_rows(np.array([[*vector, 0.0, 0.0]]))[0, :3]
+                for vector in (radius_start, radius_end, normal)
+            )
         way[:3] -= radius_end - radius_start
     return Move(
         duration=ticks,

@@ -17,10 +17,10 @@ from sim.motion.gcode.state import State
 from sim.motion.gcode.table_frame import MAX_PIECES, TooManyPiecesError
 from sim.motion.gcode.targets import absolute_target, target
 from sim.motion.gcode.words import OFFSETS, Word
-from sim.motion.geometry.moves import AXES, Dwell, Motion, Plane, Pose, pose_of
+from sim.motion.geometry.moves import AXES, Dwell, Motion, Pose, pose_of
 
 MAX_REST = 3600.0  # s, of one G4
-_OWN_AXES = {"G10", "G28", "G28.1", "G92"}  # take the axis words of their block
+_OWN_AXES = {"G10", "G28", "G28.1", "G52", "G92"}  # take the axis words of their block
 
 
 class Actions:
@@ -49,7 +49,7 @@ class Actions:
             self._dwell(word, values, clean)
             values = {letter: value for letter, value in values.items() if letter != "P"}
         elif word.code == "G10":
-            self.state.set_system(word, values)
+            self.state.set_data(word, values)
         elif word.code == "G28":
             self._home(values)
         elif word.code == "G28.1":
@@ -58,6 +58,44 @@ class Actions:
             self.state.set_shift(word, values)
         if word.code not in _OWN_AXES:
             self.move([word], values, motion, None, clean)
+
+    def side_words(self, codes: dict[str, Word], values: dict[str, Word]) -> None:
+        """Words that have no way of their own and take letters of a motion: M19, M66. The path
+        stops; M66 reads an input, which is 0, since nothing is connected."""
+        spindle, signal = codes.get("spindle"), codes.get("signal")
+        if spindle is not None and spindle.code == "M19":
+            values.pop("R", None)
+            self.rest(0.0)
+        if signal is None:
+            return
+        if signal.code != "M66":
+            needed = "E" if signal.code in ("M67", "M68") else "P"
+            if needed not in values:
+                self.report(
+                    signal,
+                    f"{signal.code} without the number of its output",
+                    needed,
+                    f"write for instance {signal.code} {needed}0",
+                )
+            return
+        kind = values.get("L")
+        if kind is not None and kind.value != 0.0:
+            self.report(
+                kind,
+                "a wait for a signal, which never comes here",
+                "L0, which reads the input once",
+                "there are no inputs for programs here; M0 stops for the operator",
+            )
+        elif ("P" in values) == ("E" in values):
+            self.report(
+                signal,
+                "M66 reads one input",
+                "P (digital) or E (analog) with its number",
+                "write for instance M66 P0 L0",
+            )
+        else:
+            self.state.store_input()
+            self.rest(0.0)
 
     def _dwell(self, word: Word, values: dict[str, Word], clean: bool) -> None:
         seconds = values.get("P")
@@ -174,6 +212,13 @@ class Actions:
                 "an F word in this block" + ("" if modes.inverse_time else " or before"),
                 "add for instance F2000 to the block",
             )
+        elif motion != "G0" and modes.per_turn and not (modes.turning and modes.speed):
+            self.report(
+                at,
+                "G95 with a spindle that does not turn",
+                "S greater than 0 and M3 or M4 before",
+                "write for instance S400 M3, or G94 for a feed per minute",
+            )
 
     def _arc(
         self, motion: Motion, end: Pose, values: dict[str, Word], at: Word, clean: bool
@@ -185,13 +230,6 @@ class Actions:
                 "the move after G40 is an arc",
                 "G0 or G1",
                 "leave the contour on a straight line",
-            )
-        elif clean and self.state.rotation and self.state.modes.plane is not Plane.XY:
-            self.report(
-                at,
-                f"an arc in {self.state.modes.plane.value} of a rotated coordinate system",
-                "arcs in G17, or a coordinate system with R0",
-                "write G10 L2 R0 with P of the system before, or turn the arc's points yourself",
             )
         elif clean:
             centre = arc_centre(self.state, motion, end, values, at)
@@ -230,7 +268,8 @@ class Actions:
             )
         else:
             feed = pitch.value * modes.mm_per_unit * modes.speed
-            state.modes = replace(modes, feed=feed, feed_mm_per_unit=1.0, override=False)
+            thread = replace(modes, feed=feed, feed_mm_per_unit=1.0, override=False)
+            state.modes = replace(thread, per_turn=False)
             if motion == "G33.1":
                 state.modes.tolerance = state.modes.merge = 0.0
             self.run(Motion.LINEAR, end)
@@ -245,8 +284,9 @@ class Actions:
         state, modes = self.state, self.state.modes
         if not clean or modes.feed is None or self._compensated(motion, at):
             return
-        if modes.inverse_time:
-            self.report(at, f"{motion} with G93", "feed per minute (G94)", "write G94 before")
+        if modes.inverse_time or modes.per_turn:
+            mode = "G93" if modes.inverse_time else "G95"
+            self.report(at, f"{motion} with {mode}", "feed per minute (G94)", "write G94 before")
             return
         state.modes = replace(modes, tolerance=0.0, merge=0.0)
         self.run(Motion.LINEAR, end)

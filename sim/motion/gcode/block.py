@@ -31,18 +31,20 @@ GROUPS = {
     "unit": ("G20", "G21"),
     "distance": ("G90", "G91"),
     "arc distance": ("G90.1", "G91.1"),
-    "feed mode": ("G93", "G94"),
+    "feed mode": ("G93", "G94", "G95"),
+    "spindle mode": ("G97",),
     "coordinate system": SYSTEMS,
     "path control": ("G61", "G61.1", "G64"),
     "cutter compensation": ("G40", "G41", "G42", "G41.1", "G42.1"),
     "tool": ("G43", "G43.4", "G49"),
     "lathe": ("G7", "G8"),
     "retract": ("G98", "G99"),
-    "single": ("G4", "G10", "G28", "G28.1", "G53", "G92", "G92.1", "G92.2", "G92.3"),
+    "single": ("G4", "G10", "G28", "G28.1", "G52", "G53", "G92", "G92.1", "G92.2", "G92.3"),
     "stop": (*ENDS, *PAUSES, "M70", "M71", "M72", "M73", "M98", "M99"),
-    "spindle": ("M3", "M4", "M5"),
+    "spindle": ("M3", "M4", "M5", "M19"),
     "coolant": ("M7", "M8", "M9"),
-    "tool change": ("M6",),
+    "tool change": ("M6", "M61"),
+    "signal": ("M62", "M63", "M64", "M65", "M66", "M67", "M68"),
     "override": ("M48", "M49", "M50"),
 }
 _GROUP_OF = {code: group for group, codes in GROUPS.items() for code in codes}
@@ -63,14 +65,20 @@ _MOVES = {
 """Letters that a motion uses."""
 
 _ACTS = {
-    **{"G10": AXES + "PLR", "G28": AXES, "G92": AXES, "G28.1": "", "G4": "P"},
+    **{"G10": AXES + "PLRQ", "G28": AXES, "G28.1": "", "G4": "P"},
+    **dict.fromkeys(("G52", "G92"), AXES),
     **{"G43": "H", "G64": "PQ", "M50": "P", "M98": "PL"},
+    **{"M19": "RPQ", "M61": "Q", "M66": "PELQ"},
+    **dict.fromkeys(("M62", "M63", "M64", "M65"), "P"),
+    **dict.fromkeys(("M67", "M68"), "EQ"),
     **dict.fromkeys(("G41", "G42", "G41.1", "G42.1"), "D"),
     **{"G70": "QXZDEP", **dict.fromkeys(LATHE[1:], "QXZDIR")},
 }
 """Letters that another word uses."""
 
-_OWN_WORDS = ("G10", "G28", "G28.1", "G92", *LATHE)  # the motion in force does not run
+_OF_SYSTEMS = {2.0: "PLR", 20.0: "PL"}  # letters of G10 but the axes, by L
+
+_OWN_WORDS = ("G10", "G28", "G28.1", "G52", "G92", *LATHE)  # the motion in force does not run
 
 
 def letters_of(code: str) -> str:
@@ -85,6 +93,7 @@ def sort_words(
     are good here alone."""
     values: dict[str, Word] = {}
     codes: dict[str, Word] = {}
+    absent: Word | None = None
     for position, word in enumerate(words):
         if word.letter in "GM":
             group = _GROUP_OF.get(word.code)
@@ -101,6 +110,8 @@ def sort_words(
                 )
             else:
                 codes[group] = word
+        elif word.letter == "B" and word.value == 0.0:
+            absent = word
         elif word.letter not in _VALUE_LETTERS + more:
             known = known_letter(word.letter)
             report(
@@ -122,6 +133,14 @@ def sort_words(
         else:
             values[word.letter] = word
     values.pop("N", None)
+    home = codes.get("single")
+    if absent is not None and home is not None and home.code == "G28":
+        report(
+            absent,
+            "G28 of an axis that this machine lacks",
+            "G28 of X Y Z A C, or alone for all of them",
+            f"remove {absent.text}, or the block if it has no other axis",
+        )
     spindle = values.get("S")
     if spindle is not None and spindle.value < 0.0:
         report(
@@ -171,14 +190,14 @@ def check_unused(
     """Reports each word with a value that nothing in the block uses; motion: the one in force;
     feed: F under G93, which is for the block's own move, or with a thread, which has none."""
     acting = {word.code: _ACTS.get(word.code, "") for word in codes.values()}
-    places = _PLACE if "G4" in acting else _PLACE + OFFSETS + "R"
+    places = _PLACE if acting.keys() & {"G4", "M19"} else _PLACE + OFFSETS + "R"
     if motion in SPLINES:
         acting[motion] = _MOVES[motion]
     elif acting.keys().isdisjoint(_OWN_WORDS) and any(letter in values for letter in places):
         # Without a motion a place is another mistake.
         acting[motion or ""] = _MOVES.get(motion or "", _MOVES["G2"])
-    if "G10" in acting and "L" in values and values["L"].value == 20.0:
-        acting["G10"] = acting["G10"].replace("R", "")
+    if "G10" in acting and "L" in values and values["L"].value in _OF_SYSTEMS:
+        acting["G10"] = AXES + _OF_SYSTEMS[values["L"].value]
     if feed is not None and motion in THREADS:
         if motion in acting:
             report(
@@ -194,7 +213,7 @@ def check_unused(
             "G1, G2, G3 or a spline in the block: under G93, F is for one block",
             f"remove {feed.text}",
         )
-    for letter in "PQL":
+    for letter in "PQLRE":
         owners = [code for code, own in acting.items() if code and letter in own]
         if letter in values and len(owners) > 1:
             report(

@@ -24,6 +24,7 @@ Key = int | str
 
 _UNSIGNED = re.compile(r"\d+\.?\d*|\.\d+")
 _NAME = re.compile(r"<[ \t]*([A-Za-z_][\w \t.-]*)>")
+_FOREIGN = re.compile(r"[ \t]*<[ \t]*_(?:ini|hal)[ \t]*\[[^>]*>", re.IGNORECASE)
 LETTERS = re.compile(r"[A-Za-z]+")
 
 _OPERATORS: tuple[dict[str, Callable[[float, float], float]], ...] = (
@@ -214,9 +215,11 @@ class ValueReader:
             self.at += 1
             if self._peek() == "#":
                 self.at += 1
-                key = self._key()
+                key = self._key(most=math.inf)
                 if self._peek() == "]":
                     self.at += 1
+                    if isinstance(key, int) and key > MAX_PARAMETER:
+                        return 0.0
                     try:
                         return float(self.read(key) is not None)
                     except NoValueError:
@@ -236,15 +239,23 @@ class ValueReader:
         self.at = name.end()
         return re.sub(r"[ \t]", "", name.group(1)).lower()
 
-    def _key(self) -> Key:
+    def _key(self, most: float = MAX_PARAMETER) -> Key:
         """Parameter after a #."""
         name = self._name()
         if name is not None:
             return name
         begin = self.at
+        if foreign := _FOREIGN.match(self.source, begin):
+            self.at = foreign.end()
+            self._fail(
+                f"the parameter {foreign.group()} of a machine's configuration",
+                "a parameter that the program sets",
+                "there is no INI file and no HAL here; set #<name> = 5 before",
+                begin,
+            )
         number = self._value()
         nearest = round(number)
-        if abs(number - nearest) > 1e-4 or not 1 <= nearest <= MAX_PARAMETER:
+        if abs(number - nearest) > 1e-4 or not 1 <= nearest <= most:
             self._fail(
                 "not the number of a parameter",
                 f"an integer from 1 to {MAX_PARAMETER}",

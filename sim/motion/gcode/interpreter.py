@@ -3,16 +3,16 @@
 
 Text in, moves out, as a stream or one Program. Accepted: G0 G1 G2 G3 (I J K or R, helices), G4, G5
 G5.1 G5.2 G5.3 (splines.py), G33 G33.1 (threads), G38.2-G38.5 (probing, up to the end), G7 G8, G10
-L2 L20, G17-G19, G20 G21, G28 G28.1, G40-G42 with D and G41.1 G42.1 (cutter compensation), G43 H
-G49, G43.4 (coordinates of the table, table_frame.py), G53, G54-G59.3, G61 G61.1 G64 P Q,
-G73 G74 G80-G85 G89 with G98 G99, lathe cycles G70-G72.2 (lathe.py), G90 G91, G90.1 G91.1, G92
-G92.1-G92.3, G93 G94, polar words @ ^, T M6, M2 M30, M70-M73, O words (flow.py), parameters and
-expressions (expressions.py), comments `( )` and `;`, one pair of `%` lines. M0 M1 M60 and M6 are
-rests of 0 s: the path stops, no operator is waited for.
-M7-M9 are read and do nothing, S and M3-M5 only give G33 its feed and let G74 and G84 run, because
-coolant and spindle have no output here. A (tilt) and C (rotation) are table axes in degrees in
-either length unit. At the start G8, G17, G21, G40, G54, G61, G90, G91.1, G94 and G99 hold and no
-motion is selected.
+L1 L2 L10 L11 L20, G17-G19, G20 G21, G28 G28.1, G40-G42 with D and G41.1 G42.1 (cutter
+compensation), G43 H G49, G43.4 (coordinates of the table, table_frame.py), G52, G53, G54-G59.3, G61
+G61.1 G64 P Q, G73 G74 G80-G85 G89 with G98 G99, lathe cycles G70-G72.2 (lathe.py), G90 G91, G90.1
+G91.1, G92 G92.1-G92.3, G93 G94 G95 G97, polar words @ ^, T M6 M61, M2 M30, M66, M70-M73, O words
+(flow.py), parameters and expressions (expressions.py), comments `( )` and `;`, one pair of `%`
+lines. M0 M1 M60 and M6 are rests of 0 s: the path stops, no operator is waited for.
+M7-M9, M62-M65, M67 and M68 are read and do nothing, S and M3-M5 only give G33 and G95 their feed
+and let G74 and G84 run, because coolant, signals and spindle have no output here. A (tilt) and C
+(rotation) are table axes in degrees in either length unit. At the start G8, G17, G21, G40, G54,
+G61, G90, G91.1, G94 and G99 hold and no motion is selected.
 
 Two points follow one reading of the standard where machines differ: the words of a block but F are
 in the length unit the block itself selects, and a centre-format arc without end words is a full
@@ -56,7 +56,7 @@ from sim.robot.parameters import Robot
 
 MAX_LINE = 10_000  # characters
 _COMMENTS = re.compile(r"\([^)]*\)|;.*")
-_PROGRAM_NUMBER = re.compile(r"[oO][ \t]*\d+")  # O0001, as other controls begin a program
+_PROGRAM_NAME = re.compile(r"[oO][ \t]*(\d+|<[^<>]*>)")  # O0001, as other controls begin a program
 MAX_HELD = 100_000  # moves and rests of a Program, which is held in memory
 
 
@@ -79,7 +79,7 @@ class _Parser:
         self.lines = lines
         self.mistakes = Mistakes(file)
         self.any_output = False
-        self.state = State(start or start_of(robot), pivot_of(robot), tools, self.mistakes)
+        self.state = State(start or start_of(robot), pivot_of(robot), dict(tools), self.mistakes)
         self.actions = Actions(self.state)
         self.output = self.actions.output
         self.ended = False
@@ -113,12 +113,12 @@ class _Parser:
             self._check_text(number, text)
             if text.strip() != "%":
                 code = _COMMENTS.sub("", text).strip()
-                if not started and _PROGRAM_NUMBER.fullmatch(code):
+                if not started and _PROGRAM_NAME.fullmatch(code):
                     continue
                 started = started or bool(code)
                 yield number, text
                 continue
-            if self.percent_open or self.ended:
+            if self.percent_open or self.ended or self.flow.searching:
                 self.percent_closed = True
                 return
             if self.any_output or self.mistakes.found:
@@ -223,12 +223,9 @@ class _Parser:
         if "S" in values:
             self.state.modes.speed = values.pop("S").value
         if "tool change" in codes:
-            self.state.loaded = self.state.chosen
-            self.output.tool_changed()
-            self.actions.rest(0.0)
-        scale = (
-            self.state.modes.mm_per_unit
-        )  # F comes before the unit of its block (NISTIR 6556, 3.8)
+            self._change_tool(codes["tool change"], values)
+        # F comes before the unit of its block (NISTIR 6556, 3.8).
+        scale = self.state.modes.mm_per_unit
         select_modes(self.state, codes, values)
         if self.state.modes.diameter and "X" in values:
             values["X"] = replace(values["X"], value=values["X"].value / 2)
@@ -244,6 +241,7 @@ class _Parser:
             own = inverse or mode in THREADS
             check_unused(values, codes, mode, feed if own else None, self.state.report)
         clean = clean and len(self.mistakes.found) == known
+        self.actions.side_words(codes, values)
         if spline or self.actions.splines.open:
             self.actions.spline(codes, values, motion or words[0], clean)
         elif motion is not None and motion.code in LATHE:
@@ -254,6 +252,18 @@ class _Parser:
             self.actions.move(words, values, motion, single, clean)
         if "stop" in codes:
             self._stop(codes["stop"], words, clean)
+
+    def _change_tool(self, word: Word, values: dict[str, Word]) -> None:
+        """M6, for which the path stops; or M61 Q, by which another tool is the one mounted."""
+        if word.code == "M6":
+            self.state.loaded = self.state.chosen
+        elif "Q" in values:
+            self.state.loaded = tool_number(self.state, values["Q"])
+        else:
+            self.state.report(word, "M61 without a tool", "Q with its number", "M61 Q3")
+        self.output.tool_changed()
+        if word.code == "M6":
+            self.actions.rest(0.0)
 
     def _turn(
         self, word: Word, codes: dict[str, Word], values: dict[str, Word], clean: bool

@@ -33,9 +33,10 @@ def select_modes(state: State, codes: dict[str, Word], values: dict[str, Word]) 
         elif group == "arc distance":
             modes.absolute_centres = code == "G90.1"
         elif group == "feed mode":
-            if modes.inverse_time != (code == "G93"):
+            kind = code == "G93", code == "G95"
+            if kind != (modes.inverse_time, modes.per_turn):
                 modes.feed = None  # the number means something else now
-            modes.inverse_time = code == "G93"
+            modes.inverse_time, modes.per_turn = kind
         elif group == "coordinate system":
             if SYSTEMS.index(code) != modes.system_index:  # as in rs274, the one in force stays
                 state.select_system(SYSTEMS.index(code))
@@ -44,13 +45,27 @@ def select_modes(state: State, codes: dict[str, Word], values: dict[str, Word]) 
         elif group == "tool":
             _select_tool_frame(state, word, values)
         elif group == "spindle":
-            modes.turning = "" if code == "M5" else code
+            modes.turning = code if code in ("M3", "M4") else ""
+            if code == "M19":
+                _check_orientation(state, values)
         elif group == "lathe":
             modes.diameter = code == "G7"
         elif group == "override":
             modes.override = _override(state, word, values.get("P"))
     if "path control" in codes:
         _select_path(state, codes, values)
+
+
+def _check_orientation(state: State, values: dict[str, Word]) -> None:
+    """M19 R (angle) P (direction) Q (how long to wait): the numbers of LinuxCNC."""
+    for letter, good, expected in (
+        ("R", lambda value: 0.0 <= value <= 360.0, "R from 0 to 360, in degrees"),
+        ("P", lambda value: value in (0.0, 1.0, 2.0), "P0, P1 or P2"),
+        ("Q", lambda value: value > 0.0, "Q greater than 0, in seconds"),
+    ):
+        word = values.get(letter)
+        if word is not None and not good(word.value):
+            state.report(word, f"M19 with {word.text}", expected, "write for instance M19 R90")
 
 
 def _override(state: State, word: Word, switch: Word | None) -> bool:

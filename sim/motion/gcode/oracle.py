@@ -31,12 +31,13 @@ import numpy as np
 
 from asip_asm.command import command, script_parser
 from asip_asm.files import read_bytes, read_text, write_text
-from sim.motion.gcode.interpreter import GcodeErrors, parse
+from sim.motion.gcode.interpreter import GcodeErrors, stream
 from sim.motion.gcode.oracle_splines import Point
 from sim.motion.gcode.oracle_splines import blocks as preview_blocks
 from sim.motion.gcode.tools import tool_table
 from sim.motion.geometry.curves import FloatArray
 from sim.motion.geometry.moves import MM_PER_INCH, Dwell, Motion
+from sim.motion.geometry.rotation import Rotation
 
 ROOT = Path(__file__).resolve().parents[3]
 # With the libraries that a small machine may lack; the first is the interpreter.
@@ -49,29 +50,34 @@ SAMPLES = "share/linuxcnc/ncfiles"  # path below the folder of bin/rs274
 MODULES = "lib/python3/dist-packages"
 TOOLS = "share/doc/linuxcnc/examples/sample-configs/common/tool.tbl"  # lengths in inches, as rs274
 DIGITS = 1.01e-4  # rs274 prints four decimals of mm or inch; sums of two of them
-_RECORD = re.compile(r"^ *\d+ (?:N\d{6,}|N\S* +)([A-Z][A-Z0-9_]*)\((.*)\)\s*$")
+_RECORD = re.compile(r"^ *\d+ (?:N\d{6,}|N\S* +)([A-Z][A-Z0-9_.]*)\((.*)\)\s*$")
 _NUMBERED = re.compile(r"^ *\d+ N")
 # Records without a path; the comparison passes over them.
 _NO_PATH = frozenset(
     """
-    CHANGE_TOOL CHANGE_TOOL_NUMBER COMMENT DISABLE_FEED_OVERRIDE DISABLE_SPEED_OVERRIDE
-    ENABLE_FEED_OVERRIDE ENABLE_SPEED_OVERRIDE FINISH FLOOD_OFF FLOOD_ON LOG LOGAPPEND LOGCLOSE
-    LOGOPEN MESSAGE MIST_OFF MIST_ON ON_RESET OPTIONAL_PROGRAM_STOP PALLET_SHUTTLE PROGRAM_END
-    PROGRAM_STOP RELOAD_TOOLDATA SELECT_TOOL SET_CUTTER_RADIUS_COMPENSATION SET_FEED_MODE
-    SET_FEED_REFERENCE SET_MOTION_CONTROL_MODE SET_NAIVECAM_TOLERANCE SET_SPINDLE_MODE
+    CHANGE_TOOL CHANGE_TOOL_NUMBER CLEAR_AUX_OUTPUT_BIT CLEAR_MOTION_OUTPUT_BIT COMMENT
+    DISABLE_FEED_OVERRIDE DISABLE_SPEED_OVERRIDE ENABLE_FEED_OVERRIDE ENABLE_SPEED_OVERRIDE FINISH
+    FLOOD_OFF FLOOD_ON LOG LOGAPPEND LOGCLOSE LOGOPEN MESSAGE MIST_OFF MIST_ON ON_RESET
+    OPTIONAL_PROGRAM_STOP ORIENT_SPINDLE PALLET_SHUTTLE PROGRAM_END PROGRAM_STOP RELOAD_TOOLDATA
+    SELECT_TOOL SET_AUX_OUTPUT_BIT SET_AUX_OUTPUT_VALUE SET_CUTTER_RADIUS_COMPENSATION
+    SET_FEED_REFERENCE SET_MOTION_CONTROL_MODE SET_MOTION_OUTPUT_BIT SET_MOTION_OUTPUT_VALUE
+    SET_NAIVECAM_TOLERANCE SET_SPINDLE_MODE SET_TOOL_TABLE_ENTRY SPINDLE.0.WAIT_ORIENT_COMPLETE
     START_CHANGE START_CUTTER_RADIUS_COMPENSATION START_SPINDLE_CLOCKWISE
-    START_SPINDLE_COUNTERCLOCKWISE STOP_CUTTER_RADIUS_COMPENSATION STOP_SPINDLE_TURNING
-    STOP_SPEED_FEED_SYNCH TURN_PROBE_OFF TURN_PROBE_ON USE_SPINDLE_FORCE USE_NO_SPINDLE_FORCE
+    START_SPINDLE_COUNTERCLOCKWISE STOP_CUTTER_RADIUS_COMPENSATION STOP_SPEED_FEED_SYNCH
+    STOP_SPINDLE_TURNING TURN_PROBE_OFF TURN_PROBE_ON USE_NO_SPINDLE_FORCE USE_SPINDLE_FORCE
     """.split()
 )
 CHORD_MM = 0.001  # greatest distance between our chords of a spline and its points
 LEAST_EQUAL = 22  # sample programs, the target of the goal
 DRAWN_BACK = 0.254  # mm, of a probe in rs274
 MAX_BYTES = 10_000_000  # largest program to compare
+MAX_ITEMS = 1_000_000  # of its moves and rests
 SECONDS = 20  # time limit, because rs274 runs endless loops
 _SPLINE = re.compile(r"[gG] *0*5(\.[123])?(?!\d)")
 _COMMENT = re.compile(r"\([^)]*\)|;.*")
 _TOOL_CHANGE = re.compile(r"[mM] *0*6(?![\d.])")
+_TOOL_NUMBER = re.compile(r"[mM] *0*61(?![\d.])")
+_TOOL_OF_M61 = re.compile(r"[qQ] *(#<[^>]*>|#?[\d.]+|\[[^\]]*\])")
 _TOOL_OFFSET = re.compile(r"[gG] *(43|49)(?![\d.])")
 _TOOL_WORDS = re.compile(r"[mM] *0*6(?![\d.])|[tT] *\d+")
 _STRAIGHT = ("STRAIGHT_TRAVERSE", "STRAIGHT_FEED", "STRAIGHT_PROBE", "RIGID_TAP")
@@ -151,14 +157,19 @@ def _libraries() -> str:
 
 
 def _as_on_a_machine(text: str) -> str:
-    """The text with T and M6 in a block of their own.
+    """The text with T and M6 in a block of their own, and M6 for M61.
 
     rs274 alone takes over its old position after a block with M6, whatever G43 or G49 of the same
-    block has made of it; with a machine it reads the position back. In two blocks both agree.
+    block has made of it; with a machine it reads the position back. In two blocks both agree. It
+    also leaves the old tool in the spindle after M61.
     """
     lines = []
     for line in text.splitlines():
         code = _COMMENT.sub("", line)
+        if _TOOL_NUMBER.search(code) and (number := _TOOL_OF_M61.search(code)):
+            rest = _TOOL_NUMBER.sub("", _TOOL_OF_M61.sub("", code))
+            lines += [f"T{number.group(1)} M6", rest]
+            continue
         if _TOOL_CHANGE.search(code) and _TOOL_OFFSET.search(code):
             changes = [match.group() for match in _TOOL_WORDS.finditer(code)]
             lines += [" ".join(changes), _TOOL_WORDS.sub("", code)]
@@ -204,6 +215,7 @@ def machine_records(text: str, blocks: list[list[Point]]) -> Iterator[Record]:
     system, shift, tool, here = [0.0] * 5, [0.0] * 5, [0.0] * 5, [0.0] * 5
     unit, plane, feed, rotation = 1.0, "XY", 0.0, 0.0
     speed, thread = 0.0, 0.0  # of the spindle [1/min], of a thread [mm/min]
+    per_turn = False  # the feed [mm] is for a turn of the spindle
     probed: dict[int, float] = {}  # where the last probing ended, of axes not moved since [mm]
 
     def axes_of(values: list[float]) -> list[float]:
@@ -232,6 +244,8 @@ def machine_records(text: str, blocks: list[list[Point]]) -> Iterator[Record]:
             plane = rest.split("_")[-1]
         elif name == "SET_FEED_RATE":
             feed = float(rest) * unit
+        elif name == "SET_FEED_MODE":
+            per_turn = rest.split(",")[-1].strip() == "1"
         elif name in ("SET_G5X_OFFSET", "SET_G92_OFFSET"):
             offset = axes_of([float(value) for value in rest.split(",")][-6:])
             if name == "SET_G5X_OFFSET":
@@ -262,7 +276,8 @@ def machine_records(text: str, blocks: list[list[Point]]) -> Iterator[Record]:
                 end[3:] = here[3:]
             if max(abs(a - b) for a, b in zip(end, here, strict=True)) > DIGITS:
                 motion = "G0" if name == "STRAIGHT_TRAVERSE" else "G1"
-                yield motion, (*end, *([thread or feed] if motion == "G1" else []))
+                rate = thread or (feed * speed if per_turn else feed)
+                yield motion, (*end, *([rate] if motion == "G1" else []))
                 if name == "RIGID_TAP":
                     yield motion, (*back, thread)
             here = back if name == "RIGID_TAP" else end
@@ -273,9 +288,14 @@ def machine_records(text: str, blocks: list[list[Point]]) -> Iterator[Record]:
             values[axes[0]], values[axes[1]], values[3 - sum(axes)] = first, second, rise
             centre[axes[0]], centre[axes[1]] = cx, cy
             values[3], values[5] = a, c
+            if plane != "XY":
+                centre[3 - sum(axes)] = rise
             end, middle = pose(values), pose(centre)
+            if plane != "XY":  # in the axes before the rotation of the plane
+                middle = [*Rotation(math.degrees(rotation)).turned_back(middle)]
             kind = ("G3" if turns > 0 else "G2") + (f" P{abs(turns):g}" if abs(turns) > 1 else "")
-            yield kind, (*end, middle[axes[0]], middle[axes[1]], feed)
+            rate = feed * speed if per_turn else feed
+            yield kind, (*end, middle[axes[0]], middle[axes[1]], rate)
             here = end
         elif name == "NURBS_FEED":
             points = [pose([x / unit, y / unit, z / unit, 0, 0, 0])[:2] for x, y, z in curve]
@@ -292,13 +312,15 @@ def ours(text: str) -> list[Record]:
     """The same records by our interpreter, from the origin. Raises GcodeErrors."""
     table = sample_tools()
     tools = tool_table(table.read_text().splitlines(), str(table), MM_PER_INCH) if table else {}
-    program = parse(text, "program.ngc", (0.0,) * 5, tools)
     records: list[Record] = []
-    dwells = [(before, dwell) for before, dwell in program.dwells if dwell.seconds > 0.0]
-    for number, move in enumerate(program.moves):
+    for number, move in enumerate(stream(text.splitlines(), "program.ngc", (0.0,) * 5, tools)):
+        if number == MAX_ITEMS:
+            raise OracleError(f"more than {MAX_ITEMS} moves to compare")
+        if isinstance(move, Dwell):
+            if move.seconds > 0.0:
+                records.append(("G4", (move.seconds,)))
+            continue
         spline = _SPLINE.search(_COMMENT.sub("", move.source)) and move.motion is Motion.LINEAR
-        while dwells and dwells[0][0] <= number:
-            records.append(_dwell(dwells.pop(0)[1]))
         feed = [] if move.motion is Motion.RAPID else [move.rate]
         if spline:
             if not move.inner:
@@ -309,11 +331,7 @@ def ours(text: str) -> list[Record]:
             records.append((kind, (*move.end, *move.circle[1], *feed)))
         elif max(abs(a - b) for a, b in zip(move.start, move.end, strict=True)) > DIGITS:
             records.append((move.motion.value, (*move.end, *feed)))
-    return records + [_dwell(dwell) for _, dwell in dwells]
-
-
-def _dwell(dwell: Dwell) -> Record:
-    return "G4", (dwell.seconds,)
+    return records
 
 
 def curve_difference(chords: FloatArray, points: FloatArray) -> str | None:
@@ -354,9 +372,10 @@ def differences(text: str) -> list[str]:
     """Differences of both lists, in words; empty if they agree."""
     mine, printed = ours(text), _canonical(text)
     theirs = _records(text, printed)
-    threads = "START_SPEED_FEED_SYNC" in printed
+    by_turns = "START_SPEED_FEED_SYNC" in printed or "SET_FEED_MODE(0, 1)" in printed
     digits = DIGITS * (25.4 if "CANON_UNITS_INCHES" in printed else 1.0)
     found = []
+    mine, theirs = _aligned(mine, theirs, digits)
     if len(mine) != len(theirs):
         found.append(f"{len(mine)} records here, {len(theirs)} of rs274")
     found += [f"{kind} of rs274" for kind, _ in theirs if kind.startswith(UNKNOWN)]
@@ -367,12 +386,47 @@ def differences(text: str) -> list[str]:
                 found.append(f"record {number}: spline {far}, feed {a[1][0]} here, {b[1][0]}")
             continue
         alike = a[0] == b[0] and len(a[1]) == len(b[1])
-        # The feed of a thread comes from a pitch of six decimals.
-        rate = abs(b[1][-1]) * 1e-5 if threads and a[0] == "G1" and len(b[1]) == 6 else 0.0
+        # A feed by turns comes from a pitch of six decimals, or from a feed of four.
+        rate = 0.0
+        if by_turns and a[0] != "G0" and len(b[1]) >= 6:
+            rate = abs(b[1][-1]) * (1e-5 if "SYNC" in printed else 1e-3)
         near = [digits] * (len(a[1]) - 1) + [digits + rate]
         if not alike or any(abs(x - y) > d for x, y, d in zip(a[1], b[1], near, strict=True)):
             found.append(f"record {number}: {a[0]} {a[1]} here, {b[0]} {b[1]} of rs274")
     return found
+
+
+def _aligned(
+    mine: list[Record], theirs: list[Record], digits: float
+) -> tuple[list[Record], list[Record]]:
+    """Both lists without the moves that only one of them has and that go nowhere but by rounding:
+    every axis by at most 2 digits."""
+
+    def near(a: Record, b: Record) -> bool:
+        pairs = zip(a[1][:5], b[1][:5], strict=False)
+        return a[0] == b[0] and all(abs(x - y) <= digits for x, y in pairs)
+
+    def stays(records: list[Record], at: int) -> bool:
+        kind, values = records[at]
+        before = (r[1][:5] for r in reversed(records[:at]) if r[0] not in ("G4", "G5"))
+        pairs = zip(values[:5], next(before, (0.0,) * 5), strict=False)
+        return kind in ("G0", "G1") and all(abs(x - y) <= 2 * digits for x, y in pairs)
+
+    kept: tuple[list[Record], list[Record]] = ([], [])
+    i = j = 0
+    while i < len(mine) or j < len(theirs):
+        both = i < len(mine) and j < len(theirs)
+        if not (both and near(mine[i], theirs[j])):
+            if j < len(theirs) and stays(theirs, j):
+                j += 1
+                continue
+            if i < len(mine) and stays(mine, i):
+                i += 1
+                continue
+        kept[0].extend(mine[i : i + 1])
+        kept[1].extend(theirs[j : j + 1])
+        i, j = i + 1, j + 1
+    return kept
 
 
 @dataclass

@@ -10,7 +10,7 @@ from sim.motion.gcode import table_frame
 from sim.motion.gcode.arcs import Centre
 from sim.motion.gcode.state import Modes, State
 from sim.motion.geometry.curves import curve_of
-from sim.motion.geometry.moves import Motion, Move, Pose
+from sim.motion.geometry.moves import Motion, Move, Plane, Pose
 
 
 def program_moves(
@@ -23,6 +23,8 @@ def program_moves(
         point = list(end)
         point[first], point[second] = centre
         placed = state.in_frame(point)
+        if state.modes.plane is not Plane.XY:
+            placed = state.rotation.turned_back(placed)
         centre = placed[first], placed[second]
     make = _table_moves if state.modes.in_table_frame else machine_moves
     return make(state, motion, finish, centre, turns)
@@ -49,6 +51,7 @@ def _move(
 ) -> Move:
     """The move with the modes in force; without a feed under G93."""
     modes, feed = state.modes, None
+    turned = motion.is_arc and bool(state.rotation) and modes.plane is not Plane.XY
     if motion is not Motion.RAPID and not modes.inverse_time:
         feed = _rate(modes, not motion.is_arc and start[:3] == end[:3])
     return Move(
@@ -64,6 +67,7 @@ def _move(
         exact_stop=modes.exact_stop,
         override=modes.override,
         turns=turns,
+        plane_turn=state.rotation.degrees if turned else 0.0,
     )
 
 

@@ -3,22 +3,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 from sim.motion.gcode import table_frame
+from sim.motion.gcode.block import SYSTEMS
 from sim.motion.gcode.compensation import Compensation
 from sim.motion.gcode.errors import Mistakes
 from sim.motion.gcode.expressions import Key, NoValueError
-from sim.motion.gcode.rotation import Rotation
 from sim.motion.gcode.tools import Tool
 from sim.motion.gcode.words import Word
 from sim.motion.geometry.moves import AXES, Plane, Pose, pose_of
+from sim.motion.geometry.rotation import Rotation
 
 # Parameters of the coordinate systems (LinuxCNC, "Numbered parameters"), in the order of AXES.
 _AXIS_PARAMETER = (0, 1, 2, 3, 5)
 _HOME, _G92_ACTIVE, _G92, _SYSTEM, _SYSTEM_1, _POSITION = 5161, 5210, 5211, 5220, 5221, 5420
 _PROBED, _TOUCHED = 5061, 5070
+_INPUT, _TOOL = 5399, 5400
 _NAMED: dict[Key, int] = {f"_{letter}": _POSITION + n for n, letter in enumerate("xyzabcuvw")}
 _ROTATION = 9  # its number after the first one of a coordinate system
 _ZERO: Pose = (0.0,) * 5
@@ -29,7 +31,7 @@ class Modes:
     """What M70 saves: LinuxCNC's list where it has an effect here; the motion is not in it.
 
     tolerance and merge [mm], exact_stop, override: as of a Move; speed: S [1/min]; turning: M3,
-    M4 or empty.
+    M4 or empty; per_turn: G95, F counts per turn of the spindle.
     """
 
     plane: Plane = Plane.XY
@@ -37,6 +39,7 @@ class Modes:
     incremental: bool = False
     absolute_centres: bool = False
     inverse_time: bool = False
+    per_turn: bool = False
     diameter: bool = False
     feed: float | None = None  # the F number as programmed
     feed_mm_per_unit: float = 1.0
@@ -53,9 +56,44 @@ class Modes:
 
     @property
     def rate(self) -> float:
-        """The F number of a block that has one in force."""
+        """The F number of a block that has one in force; under G95 that of a minute."""
         assert self.feed is not None
-        return self.feed
+        return self.feed * self.speed if self.per_turn else self.feed
+
+
+def _tens(code: str) -> float:
+    """A G word as LinuxCNC's predefined parameters show it: 10 times its number."""
+    return round(float(code[1:]) * 10)
+
+
+PREDEFINED: dict[Key, Callable[[State], float]] = {
+    "_task": lambda state: 0.0,  # 1 where LinuxCNC runs a machine, 0 where it plans or previews
+    "_vmajor": lambda state: 2.9,
+    "_vminor": lambda state: 0.0,
+    "_metric_machine": lambda state: 1.0,
+    "_plane": lambda state: _tens(state.modes.plane.value),
+    "_metric": lambda state: state.modes.mm_per_unit == 1.0,
+    "_imperial": lambda state: state.modes.mm_per_unit != 1.0,
+    "_absolute": lambda state: not state.modes.incremental,
+    "_incremental": lambda state: state.modes.incremental,
+    "_inverse_time": lambda state: state.modes.inverse_time,
+    "_units_per_minute": lambda state: not (state.modes.inverse_time or state.modes.per_turn),
+    "_units_per_rev": lambda state: state.modes.per_turn,
+    "_coord_system": lambda state: _tens(SYSTEMS[state.modes.system_index]),
+    "_tool_offset": lambda state: any(state.modes.tool_offset),
+    "_retract_r_plane": lambda state: state.modes.retract_to_r,
+    "_retract_old_z": lambda state: not state.modes.retract_to_r,
+    "_ijk_absolute_mode": lambda state: state.modes.absolute_centres,
+    "_lathe_diameter_mode": lambda state: state.modes.diameter,
+    "_lathe_radius_mode": lambda state: not state.modes.diameter,
+    "_spindle_on": lambda state: bool(state.modes.turning),
+    "_spindle_cw": lambda state: state.modes.turning == "M3",
+    "_feed_override": lambda state: state.modes.override,
+    "_rpm": lambda state: state.modes.speed,
+    "_current_tool": lambda state: state.loaded,
+    "_selected_tool": lambda state: state.chosen,
+}
+"""Parameters that show the state (LinuxCNC, "Predefined Named Parameters"), 1 for yes."""
 
 
 def _parameters() -> dict[Key, float]:
@@ -78,7 +116,7 @@ class State:
 
     position: Pose
     pivot: table_frame.Point
-    tools: Mapping[int, Tool]
+    tools: dict[int, Tool]
     mistakes: Mistakes
     names: dict[Key, float] = field(default_factory=dict)
     modes: Modes = field(default_factory=Modes)
@@ -125,9 +163,13 @@ class State:
         Raises NoValueError where the position is not known.
         """
         if isinstance(key, str):
+            if key in PREDEFINED:
+                return float(PREDEFINED[key](self))
             if key not in _NAMED:
                 return self._of(key).get(key)
             key = _NAMED[key]
+        if _TOOL <= key < _TOOL + 14:
+            return self._of_the_tool(key - _TOOL)
         if not _POSITION <= key < _POSITION + 9:
             return self.parameters.get(key, 0.0)
         if key - _POSITION not in _AXIS_PARAMETER:
@@ -142,6 +184,15 @@ class State:
         value = self.programmed()[index]
         return value / (self.modes.mm_per_unit if index < 3 else 1.0)
 
+    def _of_the_tool(self, number: int) -> float:
+        """Parameters #5400 to #5413 of the tool in the spindle: number, offsets, diameter, Q."""
+        tool = self.tools.get(self.loaded, Tool())
+        if 1 <= number <= 9:
+            at = number - 1
+            return tool.offset[_AXIS_PARAMETER.index(at)] if at in _AXIS_PARAMETER else 0.0
+        others = {0: self.loaded, 10: tool.diameter, 13: tool.orientation}
+        return float(others.get(number, 0))
+
     def write(self, key: Key, value: float) -> None:
         """Set a number or name."""
         self._of(key)[key] = value
@@ -152,10 +203,10 @@ class State:
 
     @staticmethod
     def is_read_only(key: Key) -> bool:
-        """Whether a parameter tells the state and cannot be set: the position, the system."""
-        if key in _NAMED:
-            return True
-        return isinstance(key, int) and (_POSITION <= key < _POSITION + 9 or key == _SYSTEM)
+        """Whether a parameter shows the state and cannot be set: position, system, tool, modes."""
+        if isinstance(key, str):
+            return key in _NAMED or key in PREDEFINED
+        return key == _SYSTEM or _POSITION <= key < _POSITION + 9 or _TOOL <= key < _TOOL + 14
 
     def _store(self, first: int, pose: Pose) -> None:
         for offset, value in zip(_AXIS_PARAMETER, pose, strict=True):
@@ -239,6 +290,10 @@ class State:
             self.parameters[_PROBED + _AXIS_PARAMETER[index]] = value / scale
         self.parameters[_TOUCHED] = 0.0
 
+    def store_input(self) -> None:
+        """M66 has read an input: there is none, and 0 is what an open one reads (#5399)."""
+        self.parameters[_INPUT] = 0.0
+
     def select_system(self, index: int) -> None:
         """G54 to G59.3, index from 0."""
         self.modes.system_index = index
@@ -249,20 +304,25 @@ class State:
     def _rotation_of(self, index: int) -> Rotation:
         return Rotation(self.parameters[_SYSTEM_1 + 20 * index + _ROTATION])
 
-    def set_system(self, word: Word, values: dict[str, Word]) -> None:
-        """G10 L2 or L20, as `word`."""
+    def set_data(self, word: Word, values: dict[str, Word]) -> None:
+        """G10 L1, L10 or L11 (tools), L2 or L20 (coordinate systems), as `word`."""
         kind, number = values.get("L"), values.get("P")
-        if kind is None or kind.value not in (2.0, 20.0):
+        if kind is None or kind.value not in (1.0, 2.0, 10.0, 11.0, 20.0):
             self.report(
                 kind or word,
                 "G10 without a known L",
-                "L2 (offsets) or L20 (coordinates of the position)",
+                "L2 (offsets), L20 (coordinates of the position), or L1, L10, L11 (a tool)",
                 "write for instance G10 L2 P1 X10",
             )
-            return
+        elif kind.value in (2.0, 20.0):
+            self._set_system(kind, number, values)
+        else:
+            self._set_tool(kind, number, values)
+
+    def _set_system(self, kind: Word, number: Word | None, values: dict[str, Word]) -> None:
         if number is None or number.value not in range(10):
             self.report(
-                number or word,
+                number or kind,
                 "G10 without a coordinate system",
                 "P1 to P9 for G54 to G59.3, P0 for the present one",
                 "write for instance G10 L2 P1 X10",
@@ -283,6 +343,56 @@ class State:
         if index == present:
             self.select_system(index)
 
+    def _set_tool(self, kind: Word, number: Word | None, values: dict[str, Word]) -> None:
+        """Offsets of a tool: those of the words (L1), or those with which the position has the
+        coordinates of the words, in the present system (L10) or in G59.3 without G92 (L11). They
+        act from the next G43 on."""
+        tool = self.tools.get(int(number.value)) if number and number.value.is_integer() else None
+        if tool is None or number is None:
+            self.report(
+                number or kind,
+                "G10 without a tool",
+                f"P with a tool of the table, which has {len(self.tools)}",
+                "write for instance G10 L1 P1 Z12.5, and give the tool table",
+            )
+            return
+        given = dict(self.axis_values(values))
+        offset = list(tool.offset)
+        if kind.value == 1.0:
+            for axis, value in given.items():
+                offset[axis] = value
+        else:
+            index = 8 if kind.value == 11.0 else self.modes.system_index
+            shift = _ZERO if kind.value == 11.0 else self.shift
+            rotation, system = self._rotation_of(index), self._stored(_SYSTEM_1 + 20 * index)
+            place = [p - s for p, s in zip(self.frame_position(), system, strict=True)]
+            here, wanted = rotation.turned_back(place), [*rotation.turned_back(offset)]
+            for axis, value in given.items():
+                wanted[axis] = here[axis] - shift[axis] - value
+            turned = rotation.turned(wanted)
+            for axis in range(len(AXES)):
+                both = bool(rotation) and axis < 2 and (0 in given or 1 in given)
+                if axis in given or both:
+                    offset[axis] = turned[axis]
+        changed = replace(tool, offset=pose_of(offset))
+        if "R" in values:
+            changed = replace(changed, diameter=2 * values["R"].value * self.modes.mm_per_unit)
+        if "Q" in values:
+            if values["Q"].value not in range(10):
+                self.report(
+                    values["Q"], "the orientation of a lathe tool", "Q from 0 to 9", "write Q0"
+                )
+                return
+            changed = replace(changed, orientation=int(values["Q"].value))
+        if not given and not {"R", "Q"} & values.keys():
+            self.report(
+                kind,
+                f"G10 {kind.text.upper()} without a number of the tool",
+                "X Y Z A C, R (radius) or Q (orientation)",
+                "write for instance G10 L1 P1 Z12.5",
+            )
+        self.tools[int(number.value)] = changed
+
     def _calculated(self, index: int, values: dict[str, Word]) -> list[float]:
         """Offsets of a system with which the position has the coordinates of the words (L20)."""
         offsets = list(self._stored(_SYSTEM_1 + 20 * index))
@@ -300,19 +410,21 @@ class State:
         return offsets
 
     def set_shift(self, word: Word, values: dict[str, Word]) -> None:
-        """G92 to G92.3, as `word`."""
-        if word.code == "G92":
+        """G52, or G92 to G92.3, as `word`."""
+        if word.code in ("G52", "G92"):
             here, shift = self.programmed(), list(self.shift)
             given = self.axis_values(values)
             if not given:
                 self.report(
                     word,
-                    "G92 without axis words",
-                    "the coordinates that the position shall have",
-                    "write for instance G92 X0",
+                    f"{word.code} without axis words",
+                    "the offset of the axes"
+                    if word.code == "G52"
+                    else "the coordinates that the position shall have",
+                    f"write for instance {word.code} X0",
                 )
             for axis, value in given:
-                shift[axis] += here[axis] - value
+                shift[axis] = value if word.code == "G52" else shift[axis] + here[axis] - value
             self.shift = pose_of(shift)
             self._store(_G92, self.shift)
             self.parameters[_G92_ACTIVE] = 1.0

@@ -36,7 +36,6 @@ _TABLE = (
     ("G45 G46 G47 G48", "tool offset of single moves", "use G41 or G42"),
     ("G51 G51.1", "scaling or a mirror", "multiply the coordinates, X[#1 * 2]"),
     ("G50 G50.1", "the end of scaling or of a mirror, or a greatest speed", _OFF),
-    ("G52", "a local coordinate system", "use G92, or G10 L2 and G55"),
     ("G54.1 G54.2", "a further coordinate system", "use G54 to G59.3"),
     ("G60", "positioning from one side", "write the way as two moves"),
     ("G62 G63", "an override mode", _OVERRIDE),
@@ -47,18 +46,13 @@ _TABLE = (
     ("G75 G76 G90.2 G92.4", "a lathe cycle", _LATHE),
     ("G84.1 G84.2 G84.3 G88", "rigid tapping, or a cycle with spindle stop", "use G33.1 with K"),
     ("G86 G87", "a boring cycle with spindle stop", "use G85 or G89"),
-    ("G95", "feed per turn of the spindle", f"{_SPINDLE}; use G94"),
-    ("G96", "a constant cutting speed", f"{_SPINDLE}; S alone is accepted"),
-    ("G97", "a constant speed of the spindle", "remove it; S alone means the same"),
+    ("G96", "a constant cutting speed", f"{_SPINDLE}; use G97 S"),
     ("M10 M11", "a clamp of an axis", _IO),
-    ("M19", "an oriented spindle stop", _SPINDLE),
     ("M29", "rigid tapping", "use G33.1 with K"),
     ("M47", "a repeat of the program", "put it into O100 repeat [n], O100 endrepeat"),
     ("M51", "a switch of the spindle's override", _SPINDLE),
     ("M52", "a switch of adaptive feed", f"nothing measures the cut here; {_OVERRIDE}"),
     ("M53", "a switch of feed stop", f"no operator stops the feed here; {_OVERRIDE}"),
-    ("M61", "a change of the tool's number", "use T and M6"),
-    ("M62 M63 M64 M65 M66 M67 M68", "a digital or analog signal", _IO),
     ("M97", "a call of lines of the program", "write O100 sub ... O100 endsub, O100 call"),
 )
 _WORDS = {code: (name, cure) for codes, name, cure in _TABLE for code in codes.split()}
@@ -66,12 +60,21 @@ _WORDS = {code: (name, cure) for codes, name, cure in _TABLE for code in codes.s
 # (words, why): those that are read and change nothing.
 IGNORED = (
     ("M7 M8 M9", "the coolant has no output here"),
+    ("G97", "a constant speed of the spindle is the only kind here"),
+    ("M62 M63 M64 M65 M67 M68", "signals of programs have no output here"),
+    ("B0", "this machine has no axis B, so it stays at 0; any other B is refused"),
     ("N", "a number of the block; only comments and people refer to it"),
     ("O0001", "a number of the program, alone in the line before the first block; elsewhere such "
      "a line begins a subprogram of M98"),
     ("/", "block delete is off, as in a LinuxCNC that has just started; the block runs"),
     ("( ) ;", "comments, except (abort, text), which stops the program"),
 )  # fmt: skip
+
+# (word, letters, why): letters whose values are checked and change nothing.
+IDLE_LETTERS = (
+    ("M19", "RPQ", "the spindle has no output here; it and the path stop"),
+    ("M66", "PELQ", "nothing is connected, so every input reads 0 at once (L0)"),
+)
 
 _LETTERS = {
     "B": ("an axis about Y", f"this machine has none; {_AXIS}"),

@@ -11,6 +11,7 @@ table axis turns faster than its own limit.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
@@ -20,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.motion.geometry.moves import GcodeProgram, Motion, Move, Pose
+from sim.motion.geometry.rotation import Rotation
 
 FloatArray = NDArray[np.float64]
 
@@ -173,6 +175,24 @@ class Spiral(Arc):
         return p3 * u1**3 + 3 * p2 * u1 * u2 + p1 * u3
 
 
+@dataclass(frozen=True, eq=False)
+class TurnedArc(Arc):
+    """Arc or spiral whose plane is turned about Z, by `turn`.
+
+    `flat` is the curve before that turn, and so are all fields of it that are here too.
+    """
+
+    flat: Arc
+    turn: Rotation
+
+    def evaluate(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        point, first, second = map(self.turn.turned_rows, self.flat.evaluate(s))
+        return point, first, second
+
+    def third(self, s: FloatArray) -> FloatArray:
+        return self.turn.turned_rows(self.flat.third(s))
+
+
 @dataclass(frozen=True)
 class RateLimits:
     """Rates of the machine: rapid tool path [m/s], each table axis [rad/s]; both positive."""
@@ -204,6 +224,12 @@ def to_si(pose: Pose) -> FloatArray:
 
 
 def _arc(move: Move) -> Arc:
+    if move.plane_turn:
+        plane = Rotation(move.plane_turn)
+        ends = plane.turned_back(move.start), plane.turned_back(move.end)
+        flat = _arc(replace(move, plane_turn=0.0, start=ends[0], end=ends[1]))
+        same = {field.name: getattr(flat, field.name) for field in dataclasses.fields(Arc)}
+        return TurnedArc(**same, flat=flat, turn=plane)
     start, end = to_si(move.start), to_si(move.end)
     axes, (across, up) = move.circle
     first, second = axes

@@ -53,6 +53,8 @@ class Move:
     G61, infinite for G64 without P; merge [mm]: Q of G64, within which lines are joined into one.
     inner: the move is a further part of its block, not a new one; exact_stop: G61.1, a move of its
     own from rest to rest; override: the feed override acts on it (M48), not so after M49.
+    plane_turn [degree]: of an arc's plane about Z, of G18 or G19 in a rotated coordinate system;
+    centre counts in the axes before that turn.
     """
 
     line: int
@@ -69,6 +71,7 @@ class Move:
     exact_stop: bool = False
     override: bool = True
     turns: int = 1
+    plane_turn: float = 0.0
 
     @property
     def rate(self) -> float:

@@ -30,7 +30,7 @@ from asip_asm.command import command, command_parser
 from sim.motion.command import failed, interruptible
 from sim.motion.gcode.interpreter import parse
 from sim.motion.geometry.blend import SCALE, TABLE_RADIUS
-from sim.motion.geometry.curves import Arc, curve_of, feed_of, to_si
+from sim.motion.geometry.curves import Arc, TurnedArc, curve_of, feed_of, to_si
 from sim.motion.geometry.moves import GcodeProgram, Move
 from sim.motion.lookahead import paths
 from sim.motion.lookahead.limits import MachineLimits
@@ -194,7 +194,7 @@ def least_time(
             off = (x - places[k]) / p
             if k == count:
                 problem.subject_to(casadi.sumsqr(off) <= 1.0)
-            elif isinstance(curve, Arc):
+            elif isinstance(curve, Arc) and not isinstance(curve, TurnedArc):
                 centre = np.array(curve.centre) / metre
                 first, last = (used.index(axis) for axis in curve.axes)
                 away = casadi.sumsqr(casadi.vertcat(x[first] - centre[0], x[last] - centre[1]))

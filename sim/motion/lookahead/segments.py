@@ -24,11 +24,13 @@ from sim.motion.geometry.curves import (
     Curve,
     FloatArray,
     Line,
+    TurnedArc,
     curve_of,
     feed_of,
     to_si,
 )
 from sim.motion.geometry.moves import Dwell, Motion, Move, Pose
+from sim.motion.geometry.rotation import Rotation
 from sim.motion.geometry.workspace import NAMES, Workspace, shown
 from sim.motion.lookahead.limits import MachineLimits
 from sim.motion.lookahead.runs import Runs
@@ -36,6 +38,7 @@ from sim.motion.lookahead.segment import Segment
 
 # Shorter lines [m] are run as one line with the next one if P allows to miss the joint by that.
 SHORTEST_MOVE = 1e-7
+_CHECKED_EACH_RADIAN = 16  # points of a turned arc
 MERGED_AT_MOST = 64  # points of lines joined by Q
 
 
@@ -145,7 +148,10 @@ class Segments:
     def _check(self, move: Move, curve: Curve) -> None:
         """Inside the workspace is a curve whose ends are, and an arc's outermost points too."""
         places = [0.0, curve.length]
-        if isinstance(curve, Arc):
+        if isinstance(curve, TurnedArc):  # the outermost points are between the quarters
+            count = math.ceil(abs(curve.sweep) * _CHECKED_EACH_RADIAN)
+            places = np.linspace(0.0, curve.length, count + 1).tolist()
+        elif isinstance(curve, Arc):
             quarters = np.sort([curve.first_angle, curve.first_angle + curve.sweep]) / (np.pi / 2)
             outer = np.arange(math.ceil(quarters[0]), math.floor(quarters[1]) + 1) * (np.pi / 2)
             places[1:1] = ((outer - curve.first_angle) / curve.sweep * curve.length).tolist()
@@ -253,8 +259,10 @@ def _on_its_circle(move: Move) -> Move:
     if not move.motion.is_arc:
         return move
     (first, second), (cx, cy) = move.circle
-    ax, ay = move.start[first], move.start[second]
-    bx, by = move.end[first], move.end[second]
+    turn = Rotation(move.plane_turn)
+    begin, finish = turn.turned_back(move.start), turn.turned_back(move.end)
+    ax, ay = begin[first], begin[second]
+    bx, by = finish[first], finish[second]
     ux, uy = bx - ax, by - ay
     square = ux * ux + uy * uy
     radius = math.hypot(ax - cx, ay - cy)
