@@ -64,7 +64,13 @@ def main(
     )
     parser.add_argument("--loops", action="store_true", help=f"leave out {', '.join(PATHS)}")
     parser.add_argument("--full", action="store_true", help="whole path, and 2 s clock by clock")
+    if more:
+        parser.add_argument(
+            "--docs", action="store_true", help="alone: write docs/drive.md from build/drive.json"
+        )
     options = parser.parse_args(argv)
+    if more and options.docs:
+        parser.error("--docs writes what was measured before; leave out the other words")
     console = Console()
     unknown = [word for word in options.what if word not in parts]
     if (
