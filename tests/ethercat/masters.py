@@ -10,11 +10,14 @@ from sim.bus.tap import in_namespace
 
 
 def report_of(module: str, *options: object, timeout: float = 600, status: int = 0) -> dict:
-    """The JSON in the last line that `python -m sim.bus.MODULE` prints.
+    """The JSON in the one line of it that `python -m sim.bus.MODULE` prints.
 
-    KickCAT prints lines of its own before it. Raises AssertionError for another exit status.
+    KickCAT prints lines of its own, usually before it. Raises AssertionError for another exit
+    status.
     """
     library()  # built here: the master's clock runs in the other process
     done = in_namespace(f"sim.bus.{module}", [*map(str, options)], timeout=timeout)
     assert done.returncode == status, done.stdout + done.stderr
-    return json.loads(done.stdout.splitlines()[-1])
+    reports = [line for line in done.stdout.splitlines() if line.startswith("{")]
+    assert len(reports) == 1, done.stdout + done.stderr
+    return json.loads(reports[0])
