@@ -306,8 +306,8 @@ def stops(order: Order, report: Report) -> Iterator[Goal]:
     note = f"{beyond} of them by more than an increment of the encoder"
     yield at_most(about, len(longer), 0, "stops", note)
     about = (
-        "stops longer than v^2/2a of the set-point's first speed, a tick, an increment, and the "
-        "lag of the law's loop for the difference to the axis' speed"
+        "stops longer than v^2/2a, a tick, an increment and the lag of the law's loop, by the "
+        "axis' speed and by the set-point's first speed"
     )
     yield at_most(about, sum(stop.too_far for stop in found), 0, "stops")
 

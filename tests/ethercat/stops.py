@@ -111,7 +111,7 @@ class Stop:
     highest: float  # after it
     distance: float
     shortest: float  # braking from `before`, and a tick
-    longest: float  # braking from the set-point's first speed, a tick, the loop's lag, an increment
+    longest: float  # braking from a first speed, a tick, the loop's lag, an increment
 
     @property
     def ratio(self) -> float:
@@ -174,7 +174,9 @@ def situation(seed: int) -> Stop:
     # The set-point's first speed is what the counts of 0.7 ms say. If the axis is slower, its ramp
     # is longer; if the axis is faster, the law's loop makes up the difference.
     first = drives.command.axis[0].velocity if drives.command.axis[0].power else mass.speed
-    start, apart = max(before, sampled, abs(first)), abs(mass.speed - first)
+    # Both the axis' own speed and the set-point's first speed bound the distance.
+    own = max(before, sampled)  # a strong machine changes its speed within the tick
+    told, apart = max(own, abs(first)), abs(mass.speed - first)
     speeds, distance = run_to_the_stop(drives, None if kind == "frames end" else period)
     ramp = {
         "quick stop": profile if quick in (1, 5) else fast,
@@ -183,14 +185,19 @@ def situation(seed: int) -> Stop:
         "shutdown": profile,
         "disable": profile,
     }.get(kind, profile if fault == 1 else fast)
+    brake = 2 * min(ramp, mass.force)
     return Stop(
         kind=kind,
         mode=mode,
         before=before,
         highest=max(map(abs, speeds)),
         distance=distance,
-        shortest=before**2 / (2 * min(ramp, mass.force)) + before * TICK,
-        longest=start**2 / (2 * min(ramp, mass.force)) + start * TICK + mass.lag(apart) + 1,
+        shortest=before**2 / brake + before * TICK,
+        longest=1
+        + min(
+            own**2 / brake + own * TICK + mass.lag(own),
+            told**2 / brake + told * TICK + mass.lag(apart),
+        ),
     )
 
 

@@ -9,6 +9,7 @@ from sim.motion.gcode.oracle import (
     UNKNOWN,
     OracleError,
     Samples,
+    _aligned,
     compare_samples,
     differences,
     machine_records,
@@ -366,6 +367,24 @@ def test_rs274__one_number_changed__is_seen():
         for a, b in zip(ours(text), changed, strict=True)
         for x, y in zip(a[1], b[1], strict=True)
     )
+
+
+def test_aligned__a_move_within_the_digits_is_left_out__and_no_other():
+    here, there, far = ("G0", (1.0,) * 5), ("G0", (1.0001,) * 5), ("G0", (1.01,) * 5)
+    assert _aligned([here], [here, there], 1e-4) == ([here], [here])
+    assert _aligned([here, there, far], [here, far], 1e-4) == ([here, far], [here, far])
+    assert _aligned([here], [here, far], 1e-4) == ([here], [here, far])
+    assert _aligned([here, far, here], [here, here], 1e-4)[0] == [here, far, here]
+
+
+def test_feed_by_turns__is_off_by_its_digits_alone():
+    printed = (
+        "    1 N..... USE_LENGTH_UNITS(CANON_UNITS_MM)\n    2 N..... SET_FEED_MODE(0, 1)\n"
+        "    3 N..... SET_FEED_RATE(0.1000)\n    4 N..... SET_SPINDLE_SPEED(0, 300.0000)\n"
+        "    5 N..... STRAIGHT_FEED(3.0, 1.0, 1.0, 0.0, 0.0, 0.0)\n"
+    )
+    ((_, values),) = machine_records(printed, [])
+    assert values[-1] == pytest.approx(30.0) and values[-1].miss == pytest.approx(0.015)
 
 
 def test_preview__takes_its_module_from_where_rs274_is(tmp_path, monkeypatch):

@@ -271,7 +271,7 @@ def test_speed_of_the_spindle__is_the_feed_of_a_thread():
     assert outcome(text.format(100)) != outcome(text.format(120))
 
 
-@pytest.mark.parametrize("word", sorted(UNUSED - {"(", ")", ";", "O0001", "/"}))
+@pytest.mark.parametrize("word", sorted(UNUSED - {"(", ")", ";", "O0001", "O<name>", "/"}))
 def test_word__ignored__changes_nothing(word):
     text = "{}\nG0 X1\nM2"
     shown = {"N": "N7", **SIGNALS}.get(word, word)

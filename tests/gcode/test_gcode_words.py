@@ -216,6 +216,8 @@ MISTAKES = {
     "orientation without time": ("M19 Q0\nM2", 5, "Q0", "M19 with Q0", "greater than 0"),
     "wait for a signal": ("M66 P1 L3 Q5\nM2", 8, "L3", "never comes", "L0"),
     "input without a number": ("M66\nM2", 1, "M66", "reads one input", "P (digital) or E"),
+    "input that has no number": ("M66 P-1\nM2", 5, "P-1", "M66 with P-1", "whole one"),
+    "output in part": ("M62 P1.5\nM2", 5, "P1.5", "M62 with P1.5", "whole one"),
     "two inputs": ("M66 P1 E1\nM2", 1, "M66", "reads one input", "P (digital) or E"),
     "output without a number": ("M62\nM2", 1, "M62", "number of its output", "P"),
     "analog output without a number": ("M68 Q2\nM2", 1, "M68", "number of its output", "E"),

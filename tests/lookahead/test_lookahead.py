@@ -296,6 +296,10 @@ ODD = {
     "arcs tangent to lines": "G64 P.02\nG1 X10 F15000\nG3 X10 Y10 J5\nG1 X0\nG2 X-5 Y15 J5\nM2",
     "arcs off their circle": "G64 P.02\nG1 X10 F15000\nG3 X10.001 Y10 J5\nG1 X0\nM2",
     "helix and table": "G64 P.01\nG0 X30\nG3 I-30 Z610 C90 F15000\nG3 I-30 Z620 C180\nG1 Y20\nM2",
+    "arcs of turned planes": (
+        "G64 P.02\nG10 L2 P1 R30\nG18 G1 X10 F15000\nG2 X18 Z604 I5 K0 Y2\nG1 Z610\nG19 G3 Y6 R4\n"
+        "G1 Y9\nM2"
+    ),
     "table alone": "G64 P.01\nG1 A10 F3000\nC20\nA0 C0\nG0 A5\nM2",
     "slow": "G64 P.01\nG1 X.01 F.5\nY.01\nM2",
     "dwells": "G4 P.01\nG4 P0\nG64 G1 X1 F15000\nG4 P.02\nG4 P.03\nX2\nY1\nG4 P.05\nM2",
@@ -371,8 +375,10 @@ def test_table_frame__lines_while_the_table_turns__are_straight_on_the_work_piec
 
 
 def test_workspace__left_by_a_line_or_an_arc__names_the_line():
-    for text in ("G1 X10 F100\nX200\nM2", "G1 X145 F100\nG3 Y20 R10\nM2"):
-        with pytest.raises(OutsideError, match="part.ngc:2: error: the move leaves the workspace"):
+    flat, turned = "G1 X145 F100\nG3 Y20 R10\nM2", "G18 G1 X145 F100\nG2 Z620 R10\nM2"
+    texts = "G1 X10 F100\nX200\nM2", flat, *(f"G10 L2 P1 R{r}\n{turned}" for r in (90, 179))
+    for line, text in zip((2, 2, 3, 3), texts, strict=True):
+        with pytest.raises(OutsideError, match=f"part.ngc:{line}: error: the move leaves"):
             Lookahead(moves_of(text), SMOOTH, file="part.ngc").duration()
 
 

@@ -68,6 +68,15 @@ class Actions:
             self.rest(0.0)
         if signal is None:
             return
+        number = values.get("E") or values.get("P")
+        if number is not None and (number.value < 0.0 or not number.value.is_integer()):
+            self.report(
+                number,
+                f"{signal.code} with {number.text}",
+                "the number of the signal, a whole one of at least 0",
+                f"write for instance {signal.code} {number.letter}0",
+            )
+            return
         if signal.code != "M66":
             needed = "E" if signal.code in ("M67", "M68") else "P"
             if needed not in values:

@@ -86,6 +86,18 @@ UNKNOWN = "unknown record"
 Record = tuple[str, tuple[float, ...]]
 
 
+class Rate(float):
+    """A feed of rs274 by turns of the spindle, off by `miss` at most, as its digits leave it."""
+
+    def __new__(cls, per_turn: float, speed: float, digit: float) -> Rate:
+        """per_turn [mm], printed to `digit` [mm]; speed [1/min]."""
+        rate = super().__new__(cls, per_turn * speed)
+        rate.miss = digit * speed / 2
+        return rate
+
+    miss: float
+
+
 class OracleError(RuntimeError):
     """rs274 is not there, or it refuses a program."""
 
@@ -259,7 +271,7 @@ def machine_records(text: str, blocks: list[list[Point]]) -> Iterator[Record]:
         elif name == "SET_SPINDLE_SPEED":
             speed = float(rest.split(",")[-1])
         elif name == "START_SPEED_FEED_SYNC":
-            thread = float(rest.split(",")[0]) * unit * speed
+            thread = Rate(float(rest.split(",")[0]) * unit, speed, 1e-6 * unit)
         elif name == "STOP_SPEED_FEED_SYNCH":
             thread = 0.0
         elif name in _STRAIGHT:
@@ -276,7 +288,7 @@ def machine_records(text: str, blocks: list[list[Point]]) -> Iterator[Record]:
                 end[3:] = here[3:]
             if max(abs(a - b) for a, b in zip(end, here, strict=True)) > DIGITS:
                 motion = "G0" if name == "STRAIGHT_TRAVERSE" else "G1"
-                rate = thread or (feed * speed if per_turn else feed)
+                rate = thread or (Rate(feed, speed, 1e-4 * unit) if per_turn else feed)
                 yield motion, (*end, *([rate] if motion == "G1" else []))
                 if name == "RIGID_TAP":
                     yield motion, (*back, thread)
@@ -294,7 +306,7 @@ def machine_records(text: str, blocks: list[list[Point]]) -> Iterator[Record]:
             if plane != "XY":  # in the axes before the rotation of the plane
                 middle = [*Rotation(math.degrees(rotation)).turned_back(middle)]
             kind = ("G3" if turns > 0 else "G2") + (f" P{abs(turns):g}" if abs(turns) > 1 else "")
-            rate = feed * speed if per_turn else feed
+            rate = Rate(feed, speed, 1e-4 * unit) if per_turn else feed
             yield kind, (*end, middle[axes[0]], middle[axes[1]], rate)
             here = end
         elif name == "NURBS_FEED":
@@ -372,7 +384,6 @@ def differences(text: str) -> list[str]:
     """Differences of both lists, in words; empty if they agree."""
     mine, printed = ours(text), _canonical(text)
     theirs = _records(text, printed)
-    by_turns = "START_SPEED_FEED_SYNC" in printed or "SET_FEED_MODE(0, 1)" in printed
     digits = DIGITS * (25.4 if "CANON_UNITS_INCHES" in printed else 1.0)
     found = []
     mine, theirs = _aligned(mine, theirs, digits)
@@ -386,11 +397,8 @@ def differences(text: str) -> list[str]:
                 found.append(f"record {number}: spline {far}, feed {a[1][0]} here, {b[1][0]}")
             continue
         alike = a[0] == b[0] and len(a[1]) == len(b[1])
-        # A feed by turns comes from a pitch of six decimals, or from a feed of four.
-        rate = 0.0
-        if by_turns and a[0] != "G0" and len(b[1]) >= 6:
-            rate = abs(b[1][-1]) * (1e-5 if "SYNC" in printed else 1e-3)
-        near = [digits] * (len(a[1]) - 1) + [digits + rate]
+        miss = b[1][-1].miss if b[1] and isinstance(b[1][-1], Rate) else 0.0
+        near = [digits] * (len(a[1]) - 1) + [digits + miss]
         if not alike or any(abs(x - y) > d for x, y, d in zip(a[1], b[1], near, strict=True)):
             found.append(f"record {number}: {a[0]} {a[1]} here, {b[0]} {b[1]} of rs274")
     return found

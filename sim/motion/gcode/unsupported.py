@@ -64,8 +64,8 @@ IGNORED = (
     ("M62 M63 M64 M65 M67 M68", "signals of programs have no output here"),
     ("B0", "this machine has no axis B, so it stays at 0; any other B is refused"),
     ("N", "a number of the block; only comments and people refer to it"),
-    ("O0001", "a number of the program, alone in the line before the first block; elsewhere such "
-     "a line begins a subprogram of M98"),
+    ("O0001 O<name>", "number or name of the program, alone in the line before the first block; "
+     "elsewhere a line with a number begins a subprogram of M98"),
     ("/", "block delete is off, as in a LinuxCNC that has just started; the block runs"),
     ("( ) ;", "comments, except (abort, text), which stops the program"),
 )  # fmt: skip

@@ -38,7 +38,7 @@ from sim.motion.lookahead.segment import Segment
 
 # Shorter lines [m] are run as one line with the next one if P allows to miss the joint by that.
 SHORTEST_MOVE = 1e-7
-_CHECKED_EACH_RADIAN = 16  # points of a turned arc
+_CHECKED_EACH_RADIAN = 64  # further points of a turned arc: off by 3e-5 of the radius at most
 MERGED_AT_MOST = 64  # points of lines joined by Q
 
 
@@ -148,13 +148,13 @@ class Segments:
     def _check(self, move: Move, curve: Curve) -> None:
         """Inside the workspace is a curve whose ends are, and an arc's outermost points too."""
         places = [0.0, curve.length]
-        if isinstance(curve, TurnedArc):  # the outermost points are between the quarters
-            count = math.ceil(abs(curve.sweep) * _CHECKED_EACH_RADIAN)
-            places = np.linspace(0.0, curve.length, count + 1).tolist()
-        elif isinstance(curve, Arc):
+        if isinstance(curve, Arc):
             quarters = np.sort([curve.first_angle, curve.first_angle + curve.sweep]) / (np.pi / 2)
             outer = np.arange(math.ceil(quarters[0]), math.floor(quarters[1]) + 1) * (np.pi / 2)
             places[1:1] = ((outer - curve.first_angle) / curve.sweep * curve.length).tolist()
+        if isinstance(curve, TurnedArc):  # outermost points of a helix are between the quarters
+            count = math.ceil(abs(curve.sweep) * _CHECKED_EACH_RADIAN)
+            places += np.linspace(0.0, curve.length, count + 1).tolist()
         poses = curve.evaluate(np.array(places))[0]
         outside = self._workspace.outside(poses)
         if outside is not None:
