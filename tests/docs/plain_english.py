@@ -123,7 +123,9 @@ def texts(root: Path, *files: Path) -> dict[str, str]:
 
 def main() -> int:
     """Print every finding of the pages named, or of all, and the two counts."""
-    chosen = {p: t for p, t in (pages() | changes()).items() if not sys.argv[1:] or p in sys.argv[1:]}
+    chosen = {
+        p: t for p, t in (pages() | changes()).items() if not sys.argv[1:] or p in sys.argv[1:]
+    }
     long = [f for page, text in chosen.items() for f in long_sentences(page, text)]
     house = [f for page, text in chosen.items() for f in house_words(page, text)]
     print("\n".join(str(f) for f in sorted([*long, *house], key=lambda f: (f.page, f.line))))

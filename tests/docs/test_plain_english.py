@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""README, pages and changes have few long sentences and few house words; each is printed with its cure."""
+"""README, pages and changes have few long sentences and few house words; each is printed, with a
+cure."""
 
 import pytest
 

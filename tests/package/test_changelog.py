@@ -35,7 +35,8 @@ def test_newest_entry__is_the_version_of_the_package__dated__with_an_upgrade_not
 
 
 def test_fragments__are_all_in_the_draft_of_the_next_version():
-    draft = output(Path(sys.executable).with_name("towncrier"), "build", "--draft", "--version", "next", cwd=ROOT)
+    towncrier = Path(sys.executable).with_name("towncrier")
+    draft = output(towncrier, "build", "--draft", "--version", "next", cwd=ROOT)
     fragments = sorted((ROOT / "docs/changes").glob("*.md"))
     assert draft.count("\n- ") == len(fragments) > 0
     for fragment in fragments:
