@@ -37,7 +37,7 @@ export SEED WAVES PROGRAMS
 PYTHON_ALLOWED := PYTHON PYTHONDONTWRITEBYTECODE PYTHONPYCACHEPREFIX PYTHONUNBUFFERED
 unexport $(filter-out $(PYTHON_ALLOWED),$(filter PYTHON%,$(.VARIABLES)))
 export PYTHONNOUSERSITE := 1
-# Tests start Python hundreds of times, so it compiles each module once. Who wants no such files beside
+# Tests start Python hundreds of times, so it compiles each module once. Who wants no such files next to
 # the sources has them in build.
 ifdef PYTHONDONTWRITEBYTECODE
 test test-full: export PYTHONPYCACHEPREFIX := $(CURDIR)/build/pycache

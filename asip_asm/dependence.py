@@ -69,7 +69,7 @@ def build_graph(
 ) -> Graph:
     """Graph of operations in program order.
 
-    `storage` maps symbols that share a register (last write of a state) to the symbol that stands
+    `storage` maps symbols that share a register (last write of a state) to the symbol that is used
     for it. Read after write costs latency + 1 cycles, write after read none (operands are read at
     issue), write after write latency + 1. Loads and stores that may meet at an address keep their
     order, and so do the reads and seeks of one stream; a final branch or loop stays last.

@@ -249,7 +249,7 @@ class _Run:
         return self.written + self.skipped
 
     def bundles_of(self, first: int, last: int) -> None:
-        """Issue the bundles from `first` to `last`, bodies of loops among them as often as said."""
+        """Issue the bundles from `first` to `last`, with bodies of loops as often as stated."""
         i = first
         while i <= last:
             bundle = self.bundles[i]

@@ -67,7 +67,7 @@ class Reader:
     """Lines of a file with everything it includes and expands.
 
     `evaluate` gives the value of the expression at a cursor (constants known so far), `reserved`
-    tells the names that a macro cannot have, `failed` takes the names of each line with an error.
+    lists the names that a macro cannot have, `failed` takes the names of each line with an error.
     `params` is read in place of the parameter files that the source names.
     """
 

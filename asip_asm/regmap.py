@@ -3,7 +3,7 @@
 
 The maps themselves are written in SystemRDL (`regmap.rdl` next to the hardware); `make gen` makes
 Python of them, the ASIP's being `asip_asm.gen.asip_regmap.REGMAP`. The texts of maps, registers and
-fields stand on the page of the map, and here only while that page is made.
+fields are on the page of the map, and here only while that page is made.
 """
 
 from __future__ import annotations

@@ -239,7 +239,7 @@ class _Placement:
 
         Cycles without operations get no bundle: the core stalls there by itself. Only where that
         would make the region longer than planned (a bundle issued early can meet another one at the
-        write port) bundles of nops stand.
+        write port) there are bundles of nops.
         """
         machine = self.machine
         planned: dict[int, list[int]] = defaultdict(list)

@@ -58,7 +58,7 @@ class Signal:
 
 @dataclass(frozen=True)
 class Interface:
-    """A whole record. `parameter_file` and `parameter_names` (empty: all) tell which file's
+    """A whole record. `parameter_file` and `parameter_names` (empty: all) state which file's
     parameters expressions may use; `constants` are expressions in order, with file and line.
     """
 

@@ -92,7 +92,7 @@ class Statement:
 class Source:
     """A parsed file. `exports` holds (name, place, register name or None), `placed` the constants
     that the source puts at a word of bank K, unnamed ones too, `doubtful` the names in statements
-    that have an error: what is missing about them is no error of its own; `incomplete` tells that
+    that have an error: what is missing about them is no error of its own; `incomplete` states that
     an operation may be missing. `used` are the declared names that anything reads, `main_file` is
     the parsed file as messages show it, `files` are all files that were read.
     """

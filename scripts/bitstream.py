@@ -146,7 +146,7 @@ def route(board: Board, netlist: Path, seed: int, folder: Path) -> dict[str, Any
 
 
 def build(board: Board, seeds: Sequence[int], console: Console) -> dict[str, Any]:
-    """Result of a board, also in result.json; `met` tells whether there is a bitstream."""
+    """Result of a board, also in result.json; `met` states whether there is a bitstream."""
     folder = OUTPUT / board.name
     folder.mkdir(parents=True, exist_ok=True)
     bits = folder / f"{board.name}.bit"

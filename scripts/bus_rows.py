@@ -58,7 +58,7 @@ BENCH += [
 ]
 # The device besides its RTL: its program.
 PROGRAM = ["nios_sw/images/ethercat.elf", "nios_sw/system.toml"]
-# The robot behind it: its parameters, plant, path, and the law on the ASIP.
+# The robot that it drives: its parameters, plant, path, and the law on the ASIP.
 ROBOT = [
     "sim/robot.toml",
     "sim/robot/*.py",
@@ -123,7 +123,7 @@ def kept(name: str, of: str, work: Callable[[], Any]) -> Any:
 
 
 def run(module: str, options: Sequence[str]) -> dict[str, Any]:
-    """Report of a program in a network namespace. Raises RuntimeError with what it said."""
+    """Report of a program in a network namespace. Raises RuntimeError with what it printed."""
     done = in_namespace(module, options, timeout=HOURS)
     if done.returncode and not done.stdout:
         raise RuntimeError((done.stderr.strip() or module).splitlines()[-1])

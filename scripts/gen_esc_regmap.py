@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Generate what hardware, C and Python share of the slave controller's registers.
 
-Source: rtl/ethercat/regmap.rdl (SystemRDL). Its registers stand at byte addresses and have 8 to 64
+Source: rtl/ethercat/regmap.rdl (SystemRDL). Its registers are at byte addresses and have 8 to 64
 bits, for they are what masters know. Outputs: a SystemVerilog package with addresses, fields and
 who may write what, a C header, Python records, a page. With --check nothing is written; exit 1 if a
 file differs from what would be generated.

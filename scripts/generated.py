@@ -40,7 +40,7 @@ def sv_int(name: str, value: int, doc: str = "") -> str:
 
 
 def commented(line: str, doc: str) -> str:
-    """The line with its comment behind it, or above it where 100 columns do not hold both."""
+    """The line with its comment after it, or above it where 100 columns do not hold both."""
     if not doc:
         return line
     whole = f"{line}  // {doc}"

@@ -83,7 +83,7 @@ def stream(operation: OperationRecord, bank: str, count: int) -> list[str]:
 
 
 def branches(mnemonic: str, count: int) -> list[str]:
-    """`count` taken branches, each to the bundle behind it."""
+    """`count` taken branches, each to the bundle after it."""
     return [f"{mnemonic} {BRANCH_TESTS[mnemonic]}t{i}\nt{i}:" for i in range(count)]
 
 

@@ -16,7 +16,7 @@ Registers whose one field is called `value` are numbers: the rule leaves them al
 What it does not see. An access by the number of an address; a word that comes by an argument, a
 container or a returned value; arithmetic other than shifts and masks. In C a constant of another
 line, and a word that another function has read. In RTL a bus with names of its own, a word that an
-expression or a port of a submodule hands on, and literals beside a generated name: bytes of a word
+expression or a port of a submodule hands on, and literals next to a generated name: bytes of a word
 (`8*i+:8`, `LSB%8`) and widths.
 Prints what was looked at; exit 1 with file and line of every finding.
 """

@@ -5,7 +5,7 @@
 
 A LUT of ECP5 is a cell LUT4, half a CCU2C (two bits of carry) or a quarter of a TRELLIS_DPR16X4
 (16 x 4 bits of memory), as nextpnr counts them; one of 7 series is a LUT, an inverter, a shift
-register or its part of a distributed memory, as its tools do (carries stand beside the LUTs). The
+register or its part of a distributed memory, as its tools do (carries are next to the LUTs). The
 7 series is that of the published sizes, which count LUTs of six inputs. The clock is that of
 scripts/synth_unit.py, per seed.
 """
@@ -91,7 +91,7 @@ def table(designs: Mapping[str, Any]) -> Table:
 
 @command("scripts/motion_size.py")
 def main(argv: Sequence[str] | None = None) -> int:
-    """Command line; exit 0 ok, 1 for a tool that failed or a limit not kept."""
+    """Command line; exit 0 ok, 1 for a tool that failed or a limit not met."""
     parser = script_parser(
         __doc__, "python -m scripts.motion_size --seeds 1 2 3 4 5", "python -m scripts.motion_size"
     )

@@ -152,7 +152,7 @@ unpack() {
   done
 }
 
-# host_libraries: where the unpacked libraries stand, and the flags of programs for this machine
+# host_libraries: where the unpacked libraries are, and the flags of programs for this machine
 host_libraries() {
   host_lib=$(dirname "$(find "$cache/host/usr/lib" -name libgmp.a | head -n 1)")
   gmp_include=$(dirname "$(find "$cache/host/usr/include" -name gmp.h | head -n 1)")

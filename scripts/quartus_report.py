@@ -2,8 +2,8 @@
 """Figures of the Quartus reports of asip_de3, into build/synth.json under key "stratix3".
 
 Reads <revision>.map.rpt, .fit.rpt and .sta.rpt of one folder. A report is a text of tables: a
-title line `; Fitter Summary ;` between rules `+---+`, then rows `; name ; value ;`. Counts stand
-as `1,234 / 113,600 ( 1 % )` or alone. Other keys of build/synth.json are kept.
+title line `; Fitter Summary ;` between rules `+---+`, then rows `; name ; value ;`. Counts are
+written as `1,234 / 113,600 ( 1 % )` or alone. Other keys of build/synth.json stay.
 """
 
 from __future__ import annotations

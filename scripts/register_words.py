@@ -39,7 +39,7 @@ Finding = tuple[int, str]
 
 
 class Module:
-    """A Python file: its tree, and what its module-level names stand for."""
+    """A Python file: its tree, and what its module-level names represent."""
 
     def __init__(self, path: Path) -> None:
         self.tree = ast.parse(path.read_text(encoding="utf-8"))
@@ -69,7 +69,7 @@ class Module:
         return self.values.get(name)
 
     def record(self, node: ast.expr) -> str:
-        """Name of the slave controller's register that `esc_regmap.NAME` or NAME stands for."""
+        """Name of the slave controller's register that `esc_regmap.NAME` or NAME represents."""
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
             module = ".".join(self.imported.get(node.value.id, ("", "")))
             return node.attr if module == ESC_MODULE and node.attr in ESC else ""
@@ -112,7 +112,7 @@ class Scope:
 
     def register(self, node: ast.expr) -> str:
         """Name of the register with fields that an expression names: "STATUS", CSR["STATUS"], its
-        address, or a place behind one."""
+        address, or a place after one."""
         if name := self.module.record(node):
             return name
         if isinstance(node, ast.Name):

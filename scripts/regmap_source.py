@@ -3,7 +3,7 @@
 
 A map is an addrmap of blocks: one regfile, `csr`, of registers of 32 bits; memories; other maps.
 The compiler checks the language, overlaps and widths; here is checked what our hardware asks for
-beside that: blocks are aligned powers of two and rows of registers stand at multiples of their
+next to that: blocks are aligned powers of two and rows of registers are at multiples of their
 length, because it decodes an address by its upper bits.
 """
 

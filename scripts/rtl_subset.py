@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Refuse SystemVerilog outside the subset that every tool of the project reads alike.
+"""Refuse SystemVerilog outside the subset that every tool of the project reads in the same way.
 
 The subset is what Verilator 5, slang, Yosys `read_verilog -sv` and, by published reports, Quartus
 II 13.1 accept. Most rules work on text without comments, strings and attributes. Exit 1 if any rule
@@ -247,7 +247,7 @@ ALL_RULES = (
 
 
 def bare(text: str) -> str:
-    """Text with comments, attributes and the inside of strings blanked, line breaks kept."""
+    """Text with comments, attributes and the inside of strings blanked, line breaks left."""
 
     def blank(match: re.Match[str]) -> str:
         return re.sub(r"[^\n]", " ", match[0])

@@ -75,7 +75,7 @@ def board_results() -> dict[str, Any]:
 
 
 def boards() -> Iterator[Goal]:
-    """Core clock that the routed design reaches, beside what the board's top asks for."""
+    """Core clock that the routed design reaches, next to what the board's top asks for."""
     fast_enough = 0
     results = board_results()
     for name, board in BOARDS.items():
@@ -93,7 +93,7 @@ def boards() -> Iterator[Goal]:
 
 
 def netlist_ticks(full: bool) -> Iterator[Goal]:
-    """Whole ticks of both programs, core on the netlist beside core in RTL."""
+    """Whole ticks of both programs, core on the netlist next to core in RTL."""
     for configuration in ("small", "fast"):
         for program in ticks.PROGRAMS:
             name = f"ticks of {program} on the netlist of {configuration}"
@@ -122,7 +122,7 @@ def netlist_run(program: str, configuration: str, count: int) -> tuple[int, int 
 
 
 def netlist_units(full: bool) -> Iterator[Goal]:
-    """Modules beside their netlists with random inputs."""
+    """Modules next to their netlists with random inputs."""
     for top in (*UNITS, *BLOCKS):
         name = f"clocks of {top} whose outputs differ from its netlist's"
         if top in BLOCKS and not full:
@@ -134,7 +134,7 @@ def netlist_units(full: bool) -> Iterator[Goal]:
 
 
 def at_work(full: bool) -> Iterator[Goal]:
-    """Modules beside their netlists in the models that existing tests run."""
+    """Modules next to their netlists in the models that existing tests run."""
     for work, (count, unit) in AT_WORK.items():
         name = f"clocks of {work} at work whose outputs differ from its netlist's"
         if full:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Area and speed of the ASIP in both configurations, units, Nios II core, custom instructions.
 
-Writes build/synth.json and prints it beside table 4. Area is Yosys for Cyclone V, the ALM family
+Writes build/synth.json and prints it next to table 4. Area is Yosys for Cyclone V, the ALM family
 nearest to Stratix III that Yosys knows; speed is nextpnr on ECP5-85 speed grade 8. A top that has
 not changed since its last result is not run again, so an interrupted campaign goes on.
 """

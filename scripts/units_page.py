@@ -107,7 +107,7 @@ def ports(module: str, rtl: Path = RTL) -> list[Port]:
     """Parameters and ports of a module in the order of its header.
 
     Read as text: of slang's tree each note would have to be found again in the trivia of the token
-    behind it.
+    after it.
     """
     path = rtl / f"{module}.sv"
     text = path.read_text(encoding="utf-8")
@@ -230,7 +230,7 @@ def comparison_codes() -> list[str]:
 
 
 def checked_files(unit: str, rtl: Path = RTL) -> list[str]:
-    """Names of the unit's files that hold checks for simulation behind `ifndef SYNTHESIS."""
+    """Names of the unit's files that hold checks for simulation under `ifndef SYNTHESIS."""
     files = sources_of(unit, (rtl,))
     return [file.name for file in files if "`ifndef SYNTHESIS" in file.read_text(encoding="utf-8")]
 

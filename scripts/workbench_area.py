@@ -30,7 +30,7 @@ def _area(name: str, top: str, parameters: dict[str, int]) -> dict[str, int]:
 
 
 def _ram(parameters: dict[str, int]) -> int:
-    """Block RAMs of an ECP5 that the block takes, the core a black box beside it."""
+    """Block RAMs of an ECP5 that the block takes, the core a black box next to it."""
     folder = OUTPUT / "workbench_ram"
     folder.mkdir(parents=True, exist_ok=True)
     top = "debug_asip"
@@ -39,7 +39,7 @@ def _ram(parameters: dict[str, int]) -> int:
 
 
 def rows(full: bool) -> Iterator[Goal]:
-    """ALUTs and block RAM of the block beside the core; with `full`, `fast` and the clock too.
+    """ALUTs and block RAM of the block next to the core; with `full`, `fast` and the clock too.
 
     The goal counts what it lists: breakpoints, channels, ring. The serial port is in the note.
     Block RAMs are those of the ECP5, where the clock is measured: 16 kbit each, so that the ring of

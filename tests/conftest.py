@@ -21,8 +21,8 @@ from tests.bench import needs
 
 MOST_FILES = 40  # of counts, before they are merged
 
-# A shell ignores interrupts for what it starts behind itself, and so would every server that a test
-# starts and ends by one: each would go on for a minute, until it is killed.
+# A shell ignores interrupts for what it starts in the background, and so would every server that a
+# test starts and ends by one: each would go on for a minute, until it is killed.
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 

@@ -69,7 +69,7 @@ class _Bound:
 
         p, d = [np.zeros((n, ends[-1]))] * steps, [np.zeros((m, ends[-1]))] * steps
         for k in range(steps - 1, -1, -1):
-            p[k] = of(q, k, n)  # of the state behind step k
+            p[k] = of(q, k, n)  # of the state after step k
             if k + 1 < steps:
                 f, gain = gains.f[k + 1], gains.k[k + 1]
                 p[k] = p[k] + f.T @ p[k + 1] - gain.T @ of(r, k + 1, m)

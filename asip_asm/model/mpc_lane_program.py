@@ -286,7 +286,7 @@ class LaneMaker(Maker):
         self.store_kept()
 
     def keep_inputs(self, d: Rows, offsets: Sequence[int], known: Sequence[int] = ()) -> None:
-        """Keep d of the step before, whose sums have come late, to be stored behind all loads.
+        """Keep d of the step before, whose sums have come late, to be stored after all loads.
         known: words to which they are added.
         """
         start = [self.plan.load("slot", self.address(o, -1), "i") for o in known]

@@ -420,7 +420,7 @@ def _names(name: str, count: int) -> list[str]:
 
 
 def _backward(values: np.ndarray) -> Words:
-    """Gains (steps, ...) in the order of the loop from the last step to the first. Behind the last
+    """Gains (steps, ...) in the order of the loop from the last step to the first. After the last
     step there is no gain: what it would weigh is a state's alone.
     """
     return Words(values[::-1], (BACK,))

@@ -117,7 +117,7 @@ static inline int demo_report(const char *name, int hardware, uint32_t cycles, u
   return !same;
 }
 
-/* One operation: instruction(a, b) beside software(a, b); kind is f or i, the type of the result.
+/* One operation: instruction(a, b) next to software(a, b); kind is f or i, the type of the result.
  * Values come through volatile, so that nothing is computed at compile time. */
 #define DEMO(name, kind, type_a, value_a, type_b, value_b, instruction, software, hardware)        \
   do {                                                                                            \

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The four operations of both platforms, and what tells the vendor's (FPH1) from ours: a subnormal
+/* The four operations of both platforms, and how the vendor's (FPH1) differ from ours: a subnormal
  * result is zero there. Instructions: nios_sw/custom.toml; hardware: rtl/custom/ci_fph1.sv (FPGA1),
  * ci_fadd, ci_fsub, ci_fmul, ci_fdiv (FPGA2); test: tests/custom. */
 #include "ci_demo.h"

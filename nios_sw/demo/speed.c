@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Speed control on a timer interrupt: a PI law in single precision, the motor modelled beside it. */
+/* Speed control on a timer interrupt: a PI law in single precision, the motor modelled next to it. */
 #include <stdio.h>
 
 #include "arithmetic.h"

@@ -47,7 +47,7 @@ int main(void) {
   /* the handler's own latency varies by a few instructions, the period does not */
   wrong += shortest < PERIOD - 60 || longest > PERIOD + 60;
 
-  /* a trap is none of the timer's, even while the timer waits behind disabled interrupts */
+  /* a trap is none of the timer's, even while the timer waits while interrupts are disabled */
   exceptions_call(on_exception);
   uint32_t before_trap = events;
   timer_start(PERIOD, on_event);

@@ -20,7 +20,7 @@
 
 static uint8_t state;
 static uint16_t code;
-static bool waiting; /* SAFEOP, OP asked for: outputs have not come yet */
+static bool waiting; /* SAFEOP, OP requested: outputs have not come yet */
 static bool outputs_seen;
 static uint32_t waiting_since;
 static uint16_t process_bytes[2];

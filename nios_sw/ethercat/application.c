@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The application behind the slave controller, see application.h. */
+/* The application of the slave controller, see application.h. */
 #include "application.h"
 
 #include <string.h>

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The application behind the slave controller: five axes, digital I/O, and what ties them to the bus. No
+/* The application of the slave controller: five axes, digital I/O, and what ties them to the bus. No
  * operating system: application_cycle every CYCLE_US, application_background as often as there is time. */
 #ifndef ETHERCAT_APPLICATION_H
 #define ETHERCAT_APPLICATION_H

@@ -36,7 +36,7 @@ void dictionary_reset(void) {
   }
 }
 
-/* Objects of the device stand before those of the axes and behind them. */
+/* Objects of the device come before those of the axes and after them. */
 const struct object *dictionary_at(uint16_t n, uint16_t *index) {
   const struct object *object = &dictionary_objects[n];
   uint16_t axis = 0, of_axes = (uint16_t)(n - dictionary_before_count);

@@ -74,7 +74,7 @@ extern const uint16_t dictionary_before_count; /* of the own ones, below those o
 extern const uint16_t dictionary_lists[LISTS];
 
 void dictionary_reset(void);
-/* The n-th object and its index, rising; 0 behind the last. */
+/* The n-th object and its index, rising; 0 after the last. */
 const struct object *dictionary_at(uint16_t n, uint16_t *index);
 /* The object, or 0; *base: what its entries' offsets count from. */
 const struct object *dictionary_find(uint16_t index, uint8_t **base);
@@ -84,7 +84,7 @@ uint16_t dictionary_length(const struct place *place);
 void dictionary_get(const struct place *place, uint8_t *to);
 /* Checks and stores; preop: whether the device is in PREOP. */
 uint32_t dictionary_put(const struct place *place, const uint8_t *from, uint32_t bytes, bool preop);
-/* A value from elsewhere that stands in the object already, held within the limits of its entry, which has some. */
+/* A value from elsewhere that is in the object already, held within the limits of its entry, which has some. */
 void dictionary_limit(const struct entry *entry, uint8_t *data);
 /* Whether any entry can be written. */
 bool dictionary_writable(const struct object *object);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Where the slave controller stands on the Nios II system, and its SII image (gen/sii.c). */
+/* Where the slave controller is on the Nios II system, and its SII image (gen/sii.c). */
 #ifndef ETHERCAT_ESC_NIOS_H
 #define ETHERCAT_ESC_NIOS_H
 

@@ -29,7 +29,7 @@ struct interpolated {
   float slope, bend;  /* per period, per period^2 */
 };
 
-/* Stands still at `value`, or goes on from it with `slope` (per period). */
+/* Rests at `value`, or goes on from it with `slope` (per period). */
 void interpolator_start(struct interpolator *ip, int32_t value, int32_t slope, uint32_t period_us);
 void interpolator_target(struct interpolator *ip, int32_t target);
 /* The next control cycle. */

@@ -17,7 +17,7 @@ struct message {
 
 static struct message in, sent[2]; /* sent[newest] is in the mailbox, or the last that was read there */
 static uint8_t newest;
-static bool running, waits; /* the newest waits for the one before it, which the master asked for again */
+static bool running, waits; /* the newest waits for the one before it, which the master requested again */
 static uint8_t counter_in, counter_out;
 
 void mailbox_start(void) {
@@ -65,7 +65,7 @@ static void refuse(uint8_t detail) {
   mailbox_send(MAILBOX_ERROR, answer, sizeof answer);
 }
 
-/* The master lost what it read last. If a newer message stands in the mailbox already, that one is
+/* The master lost what it read last. If a newer message is in the mailbox already, that one is
  * taken out and waits. */
 static void repeat(void) {
   uint8_t wanted = esc_read8(ESC_SM_ACTIVATE(1)) & ESC_SM_ACTIVATE_REPEAT_MASK;
@@ -110,7 +110,7 @@ static void take(void) {
 void mailbox_step(void) {
   if (!running) return;
   repeat();
-  if (is_full(1)) return; /* what stands there goes first */
+  if (is_full(1)) return; /* what is there goes first */
   if (waits) {
     waits = false;
     place(&sent[newest]);

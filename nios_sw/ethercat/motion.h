@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The measured motion of an axis: what a stop starts from, and whether the axis stands still. */
+/* The measured motion of an axis: what a stop starts from, and whether the axis is at rest. */
 #ifndef ETHERCAT_MOTION_H
 #define ETHERCAT_MOTION_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#define MOTION_CYCLES 8 /* in which the axis moves by STILL_WAY at most to stand still */
+#define MOTION_CYCLES 8 /* in which the axis moves by STILL_WAY at most when it is at rest */
 
 struct motion {
   int32_t past[MOTION_CYCLES]; /* positions, the last MOTION_CYCLES of them */

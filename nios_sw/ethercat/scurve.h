@@ -38,11 +38,11 @@ struct scurve_plan {
 /* From (0, v, a) over `length`. */
 void scurve_begin(struct scurve_plan *plan, float length, float v, float a,
                   const struct scurve_limits *limits);
-/* The next step; behind SCURVE_STEPS of them `move` is complete. */
+/* The next step; after SCURVE_STEPS of them `move` is complete. */
 void scurve_search(struct scurve_plan *plan, struct scurve *move);
-/* The state that scurve_next will give after so many calls; false behind the end. */
+/* The state that scurve_next will give after so many calls; false after the end. */
 bool scurve_ahead(const struct scurve *move, uint32_t cycles, float cycle, struct scurve_state *state);
-/* The state one control cycle on (`cycle` seconds); false behind the end. */
+/* The state one control cycle on (`cycle` seconds); false after the end. */
 bool scurve_next(struct scurve *move, float cycle, struct scurve_state *state);
 
 #endif

@@ -10,7 +10,7 @@
 
 #define SDO_BYTES 8
 #define BUFFER 640u
-/* Data of a message behind the headers: of a normal transfer, of a segment. */
+/* Data of a message after the headers: of a normal transfer, of a segment. */
 #define NORMAL_ROOM (MAILBOX_DATA - COE_HEADER - SDO_BYTES)
 #define SEGMENT_ROOM (MAILBOX_DATA - COE_HEADER - 1)
 
@@ -49,7 +49,7 @@ static uint32_t get32(const uint8_t *from) {
   return from[0] | (uint32_t)from[1] << 8 | (uint32_t)from[2] << 16 | (uint32_t)from[3] << 24;
 }
 
-/* Sends `bytes` behind the CoE header, which stand in answer from COE_HEADER on. */
+/* Sends `bytes` after the CoE header, which are in answer from COE_HEADER on. */
 static void send(uint16_t bytes) {
   put16(answer, COE_SDO_RESPONSE << 12);
   mailbox_send(MAILBOX_COE, answer, (uint16_t)(COE_HEADER + bytes));
@@ -88,7 +88,7 @@ static bool store(void) {
   return !abort;
 }
 
-/* Whether it can be written at all; told before the data are taken. */
+/* Whether it can be written at all; reported before the data are taken. */
 static uint32_t writable(uint32_t bytes) {
   struct place place;
   uint32_t abort = dictionary_locate(transfer.index, transfer.complete ? 0 : transfer.subindex, &place);

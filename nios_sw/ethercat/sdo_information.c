@@ -119,7 +119,7 @@ static uint16_t access_of(const struct entry *entry) {
   return access;
 }
 
-/* Answers with default (bit 4), least (5) and greatest value (6) if they are asked for and known. */
+/* Answers with default (bit 4), least (5) and greatest value (6) if they are requested and known. */
 static void describe_entry(uint16_t index, uint8_t subindex, uint8_t wanted) {
   struct place place;
   uint8_t *data = message + COE_HEADER + HEADER;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Operations of the law beyond + - * /. With the own custom instructions of FPGA2 each is one
- * instruction of ci.h, otherwise the C library and the compiler do it: the same values but for the
+ * instruction of ci.h, otherwise the C library and the compiler do it: the same values except for the
  * last bit of the sine. + - * / themselves, and on FPGA2 the square root, the conversion and
  * comparisons, are custom instructions by compiler options (ci_flags.mk). */
 #ifndef NIOS_ARITHMETIC_H

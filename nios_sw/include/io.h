@@ -31,8 +31,8 @@ void timer_start(uint32_t cycles, void (*handler)(void));
 void timer_stop(void);
 
 /* Calls `handler` at every exception that is no interrupt, with its cause (docs/nios_core.md) and the
- * address of the instruction; the program goes on behind it. Without a handler (0) an exception is
- * told on the console and ends the program with the status EXIT_EXCEPTION + cause. */
+ * address of the instruction; the program goes on after it. Without a handler (0) an exception is
+ * printed on the console and ends the program with the status EXIT_EXCEPTION + cause. */
 #define EXIT_EXCEPTION 128u
 void exceptions_call(void (*handler)(uint32_t cause, uint32_t address));
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The device on the bus on a Nios II system: states, mailbox and drives of nios_sw/ethercat behind the slave
+/* The device on the bus on a Nios II system: states, mailbox and drives of nios_sw/ethercat that use the slave
  * controller. A control tick (the timer of the machine, each 100 us) has the words of ethercat_tick.h.
  *
  * The control pass is an interrupt, so that no work for the mailbox delays it. The machine's tick requests none:

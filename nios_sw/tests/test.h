@@ -17,7 +17,7 @@ void add_text(const char *text);
 void add_float(float value);
 void add_double(double value);
 
-/* Numbers that both sides draw alike (xorshift). */
+/* Numbers that both sides draw (xorshift). */
 uint32_t draw(void);
 uint32_t draw_below(uint32_t limit);
 

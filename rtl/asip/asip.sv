@@ -355,7 +355,7 @@ module asip #(
 
   assign aux_e1 = ops_e1_q[OpWidth*(Slots-1)+:OpWidth];
 
-  // Branches are decided in E1 and redirect in E2; until then nothing behind them issues.
+  // Branches are decided in E1 and redirect in E2; until then nothing after them issues.
   assign branch_taken = aux_e1.jump ||
                         (aux_e1.branch_nonzero && (|operand_e1[Ports-3][30:0])) ||
                         (aux_e1.branch_zero && !(|operand_e1[Ports-3][30:0]));

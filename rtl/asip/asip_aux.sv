@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// asip_aux: the auxiliary slot's units behind one write port.
+// asip_aux: the auxiliary slot's units at one write port.
 // Contract: operands in stage E1; each unit has its own fixed latency (fp_pkg, asip_isa_pkg); the issue
 // logic guarantees that at most one unit delivers in a cycle, so the results are merged by OR.
 module asip_aux #(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// asip_axil: the ASIP behind an AXI4-Lite subordinate port.
+// asip_axil: the ASIP with an AXI4-Lite subordinate port.
 // Contract: that of axil_bridge, with the word addresses of docs/regmap.md. The core holds an access while
 // a program runs; its own accesses take the cycles that asip_host states (write 1).
 module asip_axil #(

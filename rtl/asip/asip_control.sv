@@ -15,7 +15,7 @@ module asip_control #(
     input  logic        refetch_i,
     input  logic [31:0] watchdog_i,
     input  logic [31:0] output_mask_i,
-    // from a debug block: counters stand, the run ends with the fault WATCHDOG
+    // from a debug block: counters hold, the run ends with the fault WATCHDOG
     input  logic        freeze_i,
     input  logic        abort_i,
     // from stage D
@@ -179,7 +179,7 @@ module asip_control #(
     end else begin
       state_q    <= state_d;
       start_q    <= (start_q || (start_i && !fault_q && !active)) && !run_start;
-      // active or start_q of the next cycle: what the host may write is decided behind a register
+      // active or start_q of the next cycle: what the host may write is decided after a register
       busy_q     <= start_q || (active ? !drained : start_i && !fault_q);
       done_q     <= done_d;
       fault_q    <= fault_d;

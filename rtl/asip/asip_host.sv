@@ -252,7 +252,7 @@ module asip_host #(
       end
       assign broken_o = parity_q != parity;
 
-      // An output is judged as the host takes it, behind every register of its way.
+      // An output is checked as the host takes it, after every register of its way.
       logic output_parity_q;
       always_ff @(posedge clk_i) output_parity_q <= output_parity_i;
       assign bad_output_o = read_i && read_done && in_outputs && ((^readdata_q) != output_parity_q);

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// asip_lockstep: two cores, the second one Delay clocks behind the first; what they do is compared.
+// asip_lockstep: two cores, the second one Delay clocks after the first; what they do is compared.
 // Contract: protocol and cycles of `asip`, of whose first core the answers are. mismatch_o, which belongs to
 // the power stage, rises Delay + 2 clocks after the cores differ in a write-back, a bundle issued, an answer
 // on the bus or irq, and falls with CONTROL.clear. While it is high both cores are in reset, every access is
-// answered at once: STATUS tells of the fault DISAGREE, outputs read their safe values, all else reads 0. After
+// answered at once: STATUS reports the fault DISAGREE, outputs read their safe values, all else reads 0. After
 // the clear the memories count as wrong: load them again. What was read in the last Delay + 2 clocks before may be wrong.
 module asip_lockstep #(
     parameter int unsigned FmaPipes  = 2,
     parameter int unsigned Slots     = 3,
     parameter int unsigned Bundles   = asip_isa_pkg::PROGRAM_BUNDLES,
     parameter int unsigned DataWords = asip_isa_pkg::DATA_WORDS,
-    parameter int unsigned Delay     = 2  // clocks, 1 or more: one disturbance does not meet both alike
+    parameter int unsigned Delay     = 2  // clocks, 1 or more: one disturbance does not change both in the same way
 ) (
     input  logic                                      clk_i,
     input  logic                                      rst_ni,

@@ -3,7 +3,7 @@
 // Contract: a bundle with the operation `loop` opens the loop of a level, whose body begins with the bundle
 // after it. The end mark of a level is in the bundle two before the last one of the body: if rounds are left, the
 // body's first bundle follows its last one. The mark of the highest level with a round left counts, and no
-// mark in the two bundles after one that counted. turn_o tells fetch in the cycle in which the marked bundle is in
+// mark in the two bundles after one that counted. turn_o informs fetch in the cycle in which the marked bundle is in
 // F2, so the last bundle of the body is the one that pc_q reads.
 // Two copies of the state: that of F2 runs ahead, that of D follows the bundles that issue. A redirection of
 // fetch copies the second to the first, so a branch or a debug block may void what was fetched.

@@ -3,7 +3,7 @@
 // plausibility record, which asip_plausible reads from here as it reads both pages of outputs.
 // Contract: a run writes the hidden page; commit_i shows it. From reset, and from a fault on, until the
 // next commit the host reads the safe page. Reads take two cycles. A word is registered before it is
-// stored and judged: not_finite_o comes, with its index, a cycle after write-back. No word is read in the cycle in
+// stored and checked: not_finite_o comes, with its index, a cycle after write-back. No word is read in the cycle in
 // which it is written, or what is read is not used.
 module asip_outputs #(
     parameter int unsigned Resilience = 0  // 1: parity of the words, inverted copies of the pages

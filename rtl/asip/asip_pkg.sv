@@ -204,7 +204,7 @@ package asip_pkg;
   typedef struct packed {
     logic        stop_q;   // the bundle in Q, in D, must not issue
     logic        stop_d;
-    logic        freeze;   // the counters of cycles stand
+    logic        freeze;   // the counters of cycles hold
     logic        open;     // the core is halted: the host's accesses to memories are answered
     logic        wait_k;   // they wait
     logic        stop_run; // the run ends with the fault WATCHDOG

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// asip_plausible: judges outputs 0 to 7 of a run against least and most value and slew, as the host staged them.
-// Contract: when a run has ended, what it wrote last to each output with a record is judged, from output 0 on: 26
+// asip_plausible: checks outputs 0 to 7 of a run against least and most value and slew, as the host staged them.
+// Contract: when a run has ended, what it wrote last to each output with a record is checked, from output 0 on: 26
 // clocks an output and 13 more, in which checking_o is 1, whatever the words are. implausible_o and index_o, of the
 // first bad word, stay until the next run begins. The words are in the memory of asip_outputs; one comes two clocks
-// after it is asked for. A move is that from the word which the tick before committed to this output; without one,
-// and behind a fault, limits alone count. Limits are compared exactly, -0 is 0; a move and the slew in
+// after it is requested. A move is that from the word which the tick before committed to this output; without one,
+// and after a fault, limits alone count. Limits are compared exactly, -0 is 0; a move and the slew in
 // units of the last place of the larger word, cut off. An infinity in the record limits nothing.
-// Words that are no numbers are for asip_outputs to judge.
+// Words that are no numbers are for asip_outputs to check.
 module asip_plausible (
     input  logic        clk_i,
     input  logic        rst_ni,
@@ -165,7 +165,7 @@ module asip_plausible (
   // room is inverted: exponent - largest_q - 1. The exponent of a subnormal is that of the least normal.
   assign room = {1'b0, word_i[30:24], word_i[23] || !normal, 1'b0} - {largest_q, !step_q[9]};
 
-  // ---- one adder: fine_q - sum_q, less one but for exact. Limits: the new word is in sum_q. A move: the larger word,
+  // ---- one adder: fine_q - sum_q, less one except for exact. Limits: the new word is in sum_q. A move: the larger word,
   // then the other one less that or with it. ~sum_q changes the sign: what is left over 0 less one.
   assign exact = sure_q || (limit_q && toward_q && !unlike_q);
   assign difference = {1'b0, fine_q, 1'b0} - {1'b0, sum_q, !exact};

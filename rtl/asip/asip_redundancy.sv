@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_redundancy: every tick runs twice, a third time if the two differ, and counts when two agree.
-// Contract: stands between host and control. Run 1 works on page 0 of banks A, B, C, run 2 on page 1, which
+// Contract: is between host and control. Run 1 works on page 0 of banks A, B, C, run 2 on page 1, which
 // hold the same states; page 2 has those of the tick before, from which run 3 begins on page 0. Runs are
 // compared by a signature of every write-back, their end and cause. The core is reset before runs 2 and 3 and
-// behind each tick. Idle, the pages are made alike, then every word of program memory and bank K is read once.
+// after each tick. Idle, the pages are made equal, then every word of program memory and bank K is read once.
 // A tick lasts at most three times WATCHDOG + Drain clocks and three copies; then busy_o falls.
 // A fault stays until clear_i, and no run begins meanwhile.
 // Registers that matter have an inverted copy: one flipped bit is the fault CONTROL.
@@ -64,7 +64,7 @@ module asip_redundancy #(
     StSweep  = 3'd5
   } state_e;
   localparam logic [32:0] Begin = -(33'(Drain));
-  localparam int unsigned SweepEnd = Bundles + 8;  // the last words are judged a few clocks later
+  localparam int unsigned SweepEnd = Bundles + 8;  // the last words are checked a few clocks later
   localparam int unsigned SweepWidth = $clog2(SweepEnd + 1);
   localparam logic [SweepWidth-1:0] SweepBegin = Begin[SweepWidth-1:0];
   localparam logic [SweepWidth-1:0] SweepLast = SweepBegin + SweepWidth'(SweepEnd);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// asip_run: control of runs, with Resilience behind the redundancy that makes a tick of several runs.
-// Contract: that of asip_control; with Resilience that of asip_redundancy stands before it. rst_run_no resets
+// asip_run: control of runs, with Resilience under the redundancy that makes a tick of several runs.
+// Contract: that of asip_control; with Resilience that of asip_redundancy comes before it. rst_run_no resets
 // issue and units: with rst_ni, and between runs.
 module asip_run #(
     parameter int unsigned Bundles    = 1024,
@@ -15,7 +15,7 @@ module asip_run #(
     input  logic        refetch_i,
     input  logic [31:0] watchdog_i,
     input  logic [31:0] output_mask_i,
-    // from a debug block: counters stand, the run ends with the fault WATCHDOG
+    // from a debug block: counters hold, the run ends with the fault WATCHDOG
     input  logic        freeze_i,
     input  logic        abort_i,
     // from stage D

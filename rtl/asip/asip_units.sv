@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// asip_units: the arithmetic units behind the operand registers, and the exceptions of a run.
+// asip_units: the arithmetic units after the operand registers, and the exceptions of a run.
 // Contract: operations and operands in stage E1; results of banks A, B, C when the write schedules say
 // so. flags_o gathers the exceptions since clear_flags_i. Idle, the host reaches data memory here.
 module asip_units #(

@@ -9,7 +9,7 @@ module asip_ecp5 #(
     parameter int unsigned FmaPipes    = 1,
     parameter int unsigned Slots       = 1,
     parameter int unsigned Axes        = 5,
-    parameter int unsigned Clock       = 100,  // MHz, behind the PLL
+    parameter int unsigned Clock       = 100,  // MHz, after the PLL
     parameter int unsigned UartDivider = 33,   // clocks a bit after reset
     parameter int unsigned PllInput    = 1,
     parameter int unsigned PllFeedback = 4,

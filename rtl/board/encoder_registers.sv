@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // encoder_registers: incremental encoders as words that a host reads.
-// Contract: Avalon-MM agent of the words in docs/encoder_regmap.md, once for each axis; those behind the last axis
+// Contract: Avalon-MM agent of the words in docs/encoder_regmap.md, once for each axis; those after the last axis
 // read 0. Reads take two cycles, writes one. Lines as quadrature_decoder, with a filter of Filter + 1 clocks.
 module encoder_registers #(
     parameter int unsigned Axes   = 5,   // 1..8

@@ -2,7 +2,7 @@
 // axil_bridge: AXI4-Lite subordinate port (AMBA AXI IHI 0022, issue E, part B) to an Avalon-MM agent.
 // Contract: byte address = 4 * word address; bits 1:0 and *prot are ignored. Each channel holds one
 // transfer until its response is taken: AW and W in any order, no READY depends on a VALID. Accesses
-// reach the agent one at a time; one that it holds waits, and others behind it. A write without all
+// reach the agent one at a time; one that it holds waits, and others after it. A write without all
 // four strobes is answered SLVERR and changes nothing; every other access is answered OKAY. Cycles
 // from the last handshake to the response valid, uncontended: 2 and those of the agent's access.
 module axil_bridge #(
@@ -55,7 +55,7 @@ module axil_bridge #(
   assign read_pending  = ar_q && !rvalid_q;
   assign idle          = !write_q && !read_q;
 
-  // Writes go first; the turn behind a write is a read's, as the next write is not there yet.
+  // Writes go first; the turn after a write is a read's, as the next write is not there yet.
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
       aw_q     <= 1'b0;

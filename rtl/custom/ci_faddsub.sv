@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // ci_faddsub: custom instruction, a + b (n 0) or a - b (n 1), in few long stages for a 100 MHz CPU.
 // Contract: fixed latency, ci_pkg::FPGA2_FADD_CYCLES cycles: two register ranks run freely on the
-// operands, which the CPU holds, and the third stage ends in the CPU. The result stands from then
+// operands, which the CPU holds, and the third stage ends in the CPU. The result holds from then
 // on, however long clk_en stalls. IEEE 754: to nearest even, subnormal numbers, canonical NaN; no
 // flags. Stages: s1 order, align | s2 add, count, shift by fours | s3 shift by ones, round, pack.
 module ci_faddsub (

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // ci_fdivsqrt: custom instruction, a / b (n 0) or square root of a (n 1).
 // Contract: fixed latency, fp_pkg::FP_DIVSQRT_LATENCY + 1 cycles. The pipeline runs freely on operands that
-// the CPU holds, so that its result stands from then on, however long clk_en stalls. No flags;
+// the CPU holds, so that its result holds from then on, however long clk_en stalls. No flags;
 // rounding, NaN and subnormal numbers are those of fp_divsqrt.
 module ci_fdivsqrt (
     input  logic        clk_i,

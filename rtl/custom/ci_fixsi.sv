@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // ci_fixsi: custom instruction, float to signed integer, toward zero.
 // Contract: fixed latency, fp_pkg::FP_F2I_LATENCY + 1 cycles. The pipeline runs freely on operands that
-// the CPU holds, so that its result stands from then on, however long clk_en stalls. No flags;
+// the CPU holds, so that its result holds from then on, however long clk_en stalls. No flags;
 // rounding, NaN and subnormal numbers are those of fp_f2i.
 module ci_fixsi (
     input  logic        clk_i,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // ci_floatis: custom instruction, signed integer to float.
 // Contract: fixed latency, fp_pkg::FP_I2F_LATENCY + 1 cycles. The pipeline runs freely on operands that
-// the CPU holds, so that its result stands from then on, however long clk_en stalls. No flags;
+// the CPU holds, so that its result holds from then on, however long clk_en stalls. No flags;
 // rounding, NaN and subnormal numbers are those of fp_i2f.
 module ci_floatis (
     input  logic        clk_i,

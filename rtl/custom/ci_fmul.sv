@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // ci_fmul: custom instruction, a * b, in few long stages for a 100 MHz CPU.
 // Contract: fixed latency, ci_pkg::FPGA2_FMUL_CYCLES cycles: two register ranks run freely on the
-// operands, which the CPU holds, and the third stage ends in the CPU. The result stands from then
+// operands, which the CPU holds, and the third stage ends in the CPU. The result holds from then
 // on, however long clk_en stalls. IEEE 754: to nearest even, subnormal numbers, canonical NaN; no
 // flags. Stages: s1 product, exponent, zeros | s2 shift | s3 round, pack.
 module ci_fmul (

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // ci_fsincos: custom instruction, sine (n 0) or cosine (n 1) of a in radians.
 // Contract: fixed latency, fp_pkg::FP_SINCOS_LATENCY + 1 cycles. The unit takes the operand at the
-// first edge with start and clk_en and runs on through stalls; its result is kept until the next
+// first edge with start and clk_en and runs on through stalls; its result holds until the next
 // start. Range, NaN and error are those of fp_sincos; no flags.
 module ci_fsincos (
     input  logic        clk_i,

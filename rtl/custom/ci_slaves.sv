@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// ci_slaves: custom instructions of a platform behind the two masters of the CPU, which the vendor's
+// ci_slaves: custom instructions of a platform at the two masters of the CPU, which the vendor's
 // tool generates otherwise. Platform 1: vendor FPU (ci_fph1); 2: ours. Numbers: ci_pkg.
 // Contract: combo_result_o follows its operands. multi_start_i is high in the first cycle only, the
 // operands are held until multi_done_o; the result is taken at the rising edge that sees done and

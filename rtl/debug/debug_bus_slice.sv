@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // debug_bus_slice: registers between those who take turns on a bus and the agent, so that no path crosses both.
-// Contract: one access at a time. It reaches the agent in the clock after it was asked for and ends, with
+// Contract: one access at a time. It reaches the agent in the clock after it was requested and ends, with
 // the agent's word, in the clock after the agent has done it: it takes two clocks more.
 module debug_bus_slice #(
     parameter int unsigned AddressWidth = asip_regmap_pkg::ADDRESS_WIDTH

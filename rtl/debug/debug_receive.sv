@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // debug_receive: request packets out of the bytes of a line (COBS, CRC).
-// Contract: request_o with length_o stands until done_i; data_o is the byte of it at index_i, a clock
-// behind. Bytes that come meanwhile are lost with their frame. dropped_o is a pulse for each frame that is
+// Contract: request_o with length_o stays until done_i; data_o is the byte of it at index_i, a clock
+// after. Bytes that come meanwhile are lost with their frame. dropped_o is a pulse for each frame that is
 // not handed on: bad CRC, too short or long, not COBS, a broken byte, or one that found a request waiting.
 module debug_receive (
     input  logic       clk_i,
@@ -30,7 +30,7 @@ module debug_receive (
   logic [7:0] memory[0:63];
   logic [7:0] data_q;
 
-  // A code stands for the zero behind the bytes before it, but for the first one and that after 254.
+  // A code represents the zero after the bytes before it, except for the first one and that after 254.
   assign code = left_q == 8'd0;
   assign put  = received_i && !ended && (!code || gap_q);
   assign data = code ? 8'd0 : data_i;
@@ -71,7 +71,7 @@ module debug_receive (
         gap_q     <= 1'b0;
         left_q    <= '0;
       end
-      // The length stands as long as the request.
+      // The length holds as long as the request.
       if (done_i || (ended && !request_q && !whole)) begin
         length_q <= '0;
         crc_q    <= debug_pkg::CRC_START;

@@ -47,7 +47,7 @@ module debug_registers #(
   endfunction
 
   // A register that keeps what is written keeps it in a memory, at the lowest five bits of its index: of the
-  // channels' registers, those are bits of registers that are not kept.
+  // channels' registers, those are bits of registers that are not stored.
   localparam int unsigned Kept = 32;
 
   function automatic logic kept_at(input int unsigned index);

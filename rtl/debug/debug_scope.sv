@@ -90,7 +90,7 @@ module debug_scope #(
 
   // ---- order of float32 (-0 below +0, NaN beyond infinity) or int32, out of that of unsigned numbers: a
   // negative one is below any other, and two negative float32 are in the opposite order. One comparator:
-  // word >= lower level, then word > upper level; a bit behind the last one makes `>` of `>=`.
+  // word >= lower level, then word > upper level; a bit after the last one makes `>` of `>=`.
   assign level    = levels[upper_q];
   assign reversed = float_q && level[31];
   assign above    = judged_q[31] != level[31] ? level[31] :

@@ -24,7 +24,7 @@ module debug_send (
     StHigh,   // CRC, high byte
     StLow,    // CRC, low byte
     StMark,   // the last distance
-    StClose   // the zero behind the frame
+    StClose   // the zero after the frame
   } state_e;
 
   state_e state_q;

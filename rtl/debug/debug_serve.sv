@@ -95,7 +95,7 @@ module debug_serve #(
   logic [31:0] backlog;
   logic [12:0] most;
   logic is_read, is_write, good, behind, change, last_channel, moves;
-  logic behind_q, some_q, more_q, judged_q;  // of the backlog; judged: of this tail
+  logic behind_q, some_q, more_q, judged_q;  // of the backlog; checked: of this tail
   logic restart_q;  // records count from 0 again, samples after this packet too
   logic [31:0] from;
 
@@ -107,7 +107,7 @@ module debug_serve #(
   assign backlog  = records_i - tail_q;
   assign most     = (13'd1 << RingLog2) >> size_log2_i;
   assign behind   = (|backlog[31:13]) || backlog[12:0] > most - 13'(Margin);
-  // The backlog is judged a clock after the tail has moved.
+  // The backlog is checked a clock after the tail has moved.
   assign moves    = armed_i || restart_q || state_q == StRecord ||
                     (state_q == StIdle && (!stream_i || (judged_q && behind_q)));
   assign change   = |((status_i ^ told_q) & Told);

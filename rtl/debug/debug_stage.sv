@@ -40,7 +40,7 @@ module debug_stage #(
   logic [WordsLog2:0] next;
   logic [WordsLog2-1:0] ahead;
   logic [38:0] entry_q;  // of next_q
-  logic [38:0] ahead_q;  // the one behind it
+  logic [38:0] ahead_q;  // the one after it
   logic [38:0] memory[0:Room-1];
 
   assign commit  = csr_write_i && csr_index_i == debug_regmap_pkg::REG_CONTROL &&

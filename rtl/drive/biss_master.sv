@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // biss_master: reads the position of one absolute encoder over BiSS-C, point to point, sensor data only.
 // Contract: start_i begins a frame; the encoder takes its position with the first rising edge of ma_o,
-// ClocksPerBit / 2 + 1 clocks behind start_i. A frame is acknowledge (0), start (1), CDS, Width bits of position, most
+// ClocksPerBit / 2 + 1 clocks after start_i. A frame is acknowledge (0), start (1), CDS, Width bits of position, most
 // significant first, error and warning (active low), 6 bits of CRC, x^6 + x + 1, inverted. Bits are taken
 // in their middle, counted from the start bit's edge as it arrives: any delay of lines and encoder
 // is compensated. done_o is high for a clock at the end of the frame, within Limit + Width + 16 bits; then lost_o
@@ -42,7 +42,7 @@ module biss_master #(
   localparam logic [5:0] PERIOD = 6'(ClocksPerBit - 1);
   localparam logic [5:0] HALF = 6'(ClocksPerBit / 2);
   localparam int unsigned SampleBits = $clog2(ClocksPerBit + ClocksPerBit / 2);
-  // of the bit behind the start
+  // of the bit after the start
   localparam logic [SampleBits-1:0] MIDDLE = SampleBits'(ClocksPerBit + ClocksPerBit / 2 - 1);
   localparam logic [CountBits-1:0] CRC_BITS = CountBits'(6);
 

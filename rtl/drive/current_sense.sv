@@ -80,7 +80,7 @@ module current_sense #(
       over_q   <= '0;
     end else begin
       if (fast_valid_i) step_q <= StepA;
-      else if (step_q != '0) step_q <= step_q + 2'd1;  // behind StepSum 0
+      else if (step_q != '0) step_q <= step_q + 2'd1;  // after StepSum 0
       judged_q <= step_q;
       size_q   <= value[FastWidth] ? -value : value;
       if (judged_q == StepA) over_q[0] <= over;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // pwm_bound: bounds compare values so that no state of a half bridge is ordered for a moment only.
-// Contract: a clock behind value_i, value_o is 0 for values below minimum_i, half_i for those above
+// Contract: a clock after value_i, value_o is 0 for values below minimum_i, half_i for those above
 // half_i - minimum_i, else the value. Each half period then has no part or one of minimum_i clocks at
 // least, on and off, as long as minimum_i is at most half of half_i; beyond that values are 0 or half_i.
 module pwm_bound #(

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // pwm_bridge: three half bridges of one motor, with the values they compare, its modes and its trip.
 // Contract: values are written one a clock in any order; commit_i hands all three over, and the next load_i
-// of the carrier puts them into force. All gates are off behind the second clock edge that sees fault_i or
+// of the carrier puts them into force. All gates are off after the second clock edge that sees fault_i or
 // alarm_i, and stay off, with trip_o, until clear_i comes when both are gone.
 module pwm_bridge #(
     parameter int unsigned Width         = 12,

@@ -2,7 +2,7 @@
 // pwm_phase: the two gates of a half bridge.
 // Contract: the ordered state is high for exactly `compare` clocks of each half of the carrier (all of them
 // where it is not below the half), in the middle of the period; ordered_o shows it a clock later. The gates
-// follow two clocks behind the carrier. A gate turns on only after both were off for dead_time_i clocks, one at
+// follow two clocks after the carrier. A gate turns on only after both were off for dead_time_i clocks, one at
 // least: the dead time of the last clock in which a gate was on. It turns off at once. off_i turns both
 // off with the next edge. compare_i is taken over with load_i.
 module pwm_phase #(

@@ -4,7 +4,7 @@
 // constants + n of the asip (asip_regmap), one a clock, with orders_i Axes words more, which go as
 // they are (order_i), starts a run, waits for irq_i (its IRQ_ENABLE
 // has done and fault), reads STATUS, and of a good run outputs n = 0 .. 3 Axes - 1, each to value_o with index
-// n. done_o is high for a clock behind the last of them. Words are binary32 numbers 1.5 * 2^23 + value,
+// n. done_o is high for a clock after the last of them. Words are binary32 numbers 1.5 * 2^23 + value,
 // value of 23 bits with sign, which wires make; of an output its lowest bits are the value, as the program adds
 // 1.5 * 2^23 too. A trigger_i while busy_o is late_o; a run with a fault is fault_o; neither starts a run.
 // The bus is Avalon-MM.

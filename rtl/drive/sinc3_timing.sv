@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // sinc3_timing: clock of the sigma-delta modulators, and what their filters do when.
 // Contract: mclk_o has a period of ClocksPerBit clocks; strobe_o is high in the last clock of each, when the
-// modulators' bits are taken. fast_o shifts a bit through the three clocks behind every FastRate-th strobe,
-// corner_o the same behind the four corners of a window: the first strobe from window_i on and three more,
-// SlowRate bits apart. fast_valid_o and, for the fourth corner, done_o are high in the fourth clock behind
-// the strobe. A window_i within a window begins anew.
+// modulators' bits are taken. fast_o shifts a bit through the three clocks after every FastRate-th strobe,
+// corner_o the same after the four corners of a window: the first strobe from window_i on and three more,
+// SlowRate bits apart. fast_valid_o and, for the fourth corner, done_o are high in the fourth clock after
+// the strobe. A window_i within a window begins again.
 module sinc3_timing #(
     parameter int unsigned ClocksPerBit = 6,   // even, at least 4
     parameter int unsigned SlowRate     = 64,  // power of two

@@ -6,7 +6,7 @@ module period_statistics (
     input  logic        clk_i,
     input  logic        rst_ni,
     input  logic        clear_i,
-    input  logic        waiting_i,      // the work of a period that has begun comes behind clear_i
+    input  logic        waiting_i,      // the work of a period that has begun comes after clear_i
     input  logic [1:0]  cycles_i,       // data_i holds the cycles of core n's run
     input  logic [31:0] data_i,
     input  logic        start_i,

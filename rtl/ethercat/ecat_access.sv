@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // ecat_access: the one way to the controller's bytes, a byte (or a window of bits) a clock.
 // A passing frame goes first, then what good frames have left to write, then the application.
-// Contract, in clocks behind a frame's byte_valid_i: 1 to 8 its accesses enter, one an FMMU; 17 what they read is
+// Contract, in clocks after a frame's byte_valid_i: 1 to 8 its accesses enter, one an FMMU; 17 what they read is
 // complete at read_data_o. An access enters, is mapped (3), guarded by sync managers (2) and done (3). A write of some
-// bits of a byte reads it first: behind another access it enters two clocks later.
+// bits of a byte reads it first: after another access it enters two clocks later.
 module ecat_access (
     input  logic clk_i,
     input  logic rst_ni,
@@ -40,7 +40,7 @@ module ecat_access (
     output ecat_pkg::register_access_t register_o,
     output logic [11:0] live_address_o,
     output logic        live_application_o,
-    input  logic        live_hit_i,      // a clock behind live_address_o
+    input  logic        live_hit_i,      // a clock after live_address_o
     input  logic [7:0]  live_data_i,
     // sync managers
     output logic [8*ecat_pkg::SYNC_MANAGERS-1:0] status_o,
@@ -335,7 +335,7 @@ module ecat_access (
   logic unused;
   assign unused = &{access_8_q.commit, address_8_q[15:14]};
 
-  // Behind reset every register's byte gets its value.
+  // After reset every register's byte gets its value.
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
       sweep_q         <= 1'b1;

@@ -24,7 +24,7 @@ module ecat_application (
     // bytes of the SII image
     output logic        sii_read_o,
     output logic        sii_write_o,
-    input  logic [7:0]  sii_data_i,        // a clock behind sii_read_o
+    input  logic [7:0]  sii_data_i,        // a clock after sii_read_o
     input  logic        sii_ready_i
 );
 

@@ -6,8 +6,8 @@
 // access whether it is open, and one that is not has no consequences. reads_i and writes_i: the access is by the side that
 // reads or writes, and the mailbox lets it. What a passing frame asks to write opens the area for this frame only. writer_o
 // and reader_o are never the same of the three. The reader's first byte gives it the newest complete buffer, of a frame's
-// reads once a frame: reader_o shows it at once; one is complete Settle clocks behind its last byte, when
-// that is in the memory. Mode and direction change while clear_i only; then everything begins anew.
+// reads once a frame: reader_o shows it at once; one is complete Settle clocks after its last byte, when
+// that is in the memory. Mode and direction change while clear_i only; then everything begins again.
 module ecat_buffers (
     input  logic       clk_i,
     input  logic       rst_ni,

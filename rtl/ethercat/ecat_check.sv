@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // ecat_check: whether a stream's frames are good, by alignment, RX_ER and check sequence.
-// Contract: behind the tick that took a frame's last nibble, bad_o and marked_o say of it what holds until
-// the next frame's first nibble; marked_o: an earlier slave saw it bad and inverted the sequence. Bytes begin behind
-// the start delimiter; end_o is high for the tick behind the last nibble, of frames that had a delimiter.
+// Contract: after the tick that took a frame's last nibble, bad_o and marked_o say of it what holds until
+// the next frame's first nibble; marked_o: an earlier slave saw it bad and inverted the sequence. Bytes begin after
+// the start delimiter; end_o is high for the tick after the last nibble, of frames that had a delimiter.
 module ecat_check (
     input  logic clk_i,
     input  logic rst_ni,

@@ -63,7 +63,7 @@ module ecat_clock (
   logic signed [16:0] phase;
   logic signed [24:0] speed;
   logic [3:0] compared_q;  // the comparison's clocks
-  logic signed [31:0] mean_q;  // e with 15 bits behind the point
+  logic signed [31:0] mean_q;  // e with 15 bits after the point
   always_ff @(posedge clk_i) begin
     error     <= kept_system_q - target_q;
     mean_step <= ($signed({error_q, 15'd0}) - mean_q) >>> filter_q;

@@ -35,7 +35,7 @@ module ecat_control (
     output logic        irq_o
 );
 
-  // Bytes of DL_CONTROL; those of both ports stand in one.
+  // Bytes of DL_CONTROL; those of both ports share one.
   localparam logic [11:0] LoopByte = esc_regmap_pkg::REG_DL_CONTROL + 12'(esc_regmap_pkg::DL_CONTROL_LOOP0_LSB / 8);
   localparam int unsigned Alias = esc_regmap_pkg::DL_CONTROL_USE_ALIAS_LSB;
   localparam logic [11:0] AliasByte = esc_regmap_pkg::REG_DL_CONTROL + 12'(Alias / 8);

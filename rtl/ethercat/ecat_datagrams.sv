@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // ecat_datagrams: walks through a frame's bytes and says what each becomes.
-// Contract: result_o is byte_i's answer from 18 clocks behind byte_valid_i on, for 8 clocks. A byte of data that this
+// Contract: result_o is byte_i's answer from 18 clocks after byte_valid_i on, for 8 clocks. A byte of data that this
 // slave serves is a request_o for 8 clocks of accesses, slot 0 with it; what they read comes back as
-// read_data_i under read_mask_i 17 clocks behind byte_valid_i, read_done_i and write_done_i with it. Datagrams
+// read_data_i under read_mask_i 17 clocks after byte_valid_i, read_done_i and write_done_i with it. Datagrams
 // are served if serve_i holds when their data begin. malformed_o with frame_end_i: a datagram does not
-// end within its frame; frames of another type are never malformed. Bytes behind the last datagram stay.
+// end within its frame; frames of another type are never malformed. Bytes after the last datagram stay.
 // Every frame leaves with its source marked as locally administered (bit 1 of the first byte): by it a master
-// tells an answer from its own frame.
+// distinguishes an answer from its own frame.
 // Datagrams may also come in UDP: IPv4 without options, not in fragments, to port 88A4. The check sum of UDP leaves
 // as 0, which means none, because the answer changes bytes after it.
 module ecat_datagrams (
@@ -73,9 +73,9 @@ module ecat_datagrams (
   localparam logic [3:0] SourceByte = 4'd6;  // follows the destination
   localparam logic [7:0] LocalSource = 8'h02;
 
-  // What an answer is made of; taken up to 8 clocks behind its byte, used at 17.
+  // What an answer is made of; taken up to 8 clocks after its byte, used at 17.
   localparam logic [2:0] PartByte = 3'd0;  // the byte given here
-  localparam logic [2:0] PartClear = 3'd1;  // the same, and the working counter's sums begin anew
+  localparam logic [2:0] PartClear = 3'd1;  // the same, and the working counter's sums begin again
   localparam logic [2:0] PartReplace = 3'd2;
   localparam logic [2:0] PartOr = 3'd3;
   localparam logic [2:0] PartCountLow = 3'd4;
@@ -85,7 +85,7 @@ module ecat_datagrams (
   logic [3:0] count_q;
   logic [4:0] udp_q;  // number of the byte in StUdp
   logic foreign_udp;
-  logic [2:0] rest_q;  // bytes behind the last datagram, up to SequenceBytes
+  logic [2:0] rest_q;  // bytes after the last datagram, up to SequenceBytes
   logic [7:0] high_q, command_q;
   logic [31:0] address_q;
   logic [10:0] left_q, length_q;

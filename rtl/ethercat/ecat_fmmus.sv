@@ -15,7 +15,7 @@ module ecat_fmmus (
     output logic        write_o
 );
 
-  // Bytes of an FMMU's registers; those before ACTIVATE are kept in columns.
+  // Bytes of an FMMU's registers; those before ACTIVATE are stored in columns.
   localparam logic [3:0] Start = 4'(esc_regmap_pkg::REG_FMMU_LOGICAL_START);
   localparam logic [3:0] Length = 4'(esc_regmap_pkg::REG_FMMU_LENGTH);
   localparam logic [3:0] FirstBit = 4'(esc_regmap_pkg::REG_FMMU_FIRST_BIT);
@@ -80,7 +80,7 @@ module ecat_fmmus (
     active_now_q <= active_q[slot_i];
   end
 
-  // Second: which of its bits, and where those stand.
+  // Second: which of its bits, and where those are.
   logic hit, begins, ends, behind, before_end;
   logic [15:0] past;
   logic [7:0] mask, mask_q, low_part, high_part;
@@ -100,7 +100,7 @@ module ecat_fmmus (
     address_q    <= physical_q + distance_q[15:0] - {15'd0, shift_q[3]};
   end
 
-  // Third: whether all of them lie in the byte behind.
+  // Third: whether all of them lie in the byte after.
   assign spread = {8'd0, mask_q} << shift_late_q;
   assign {high_part, low_part} = spread;
   assign behind = low_part == '0 && high_part != '0;

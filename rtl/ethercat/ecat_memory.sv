@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // ecat_memory: the bytes of the controller, two neighbours at a time: one read and one write port.
-// Contract: data of a read come a clock behind its address. Byte 0 of a
-// port is that at its address, byte 1 the one behind. A read sees writes of earlier clocks.
+// Contract: data of a read come a clock after its address. Byte 0 of a
+// port is that at its address, byte 1 the one after. A read sees writes of earlier clocks.
 module ecat_memory #(
     parameter int unsigned Bytes = 12288
 ) (
@@ -21,7 +21,7 @@ module ecat_memory #(
   logic [12:0] read_even, read_odd, write_even, write_odd;
   logic swap_q;
 
-  // At an odd address the byte behind is the even one of the next row.
+  // At an odd address the byte after is the even one of the next row.
   assign read_odd   = read_address_i[13:1];
   assign read_even  = read_address_i[13:1] + {12'd0, read_address_i[0]};
   assign write_odd  = write_address_i[13:1];

@@ -41,8 +41,8 @@ package ecat_pkg;
   } nibble_t;
 
   // A window of one or two bytes: `mask` are the bits of a byte as a datagram has it that are accessed;
-  // that byte stands shifted up by `shift` at `address`, or, if `high`, only its upper part does, at bit
-  // `shift` - 8, and `address` is the byte behind.
+  // that byte is shifted up by `shift` at `address`, or, if `high`, only its upper part does, at bit
+  // `shift` - 8, and `address` is the byte after.
   typedef struct packed {
     logic [15:0] address;
     logic [7:0]  mask;
@@ -50,7 +50,7 @@ package ecat_pkg;
     logic        high;
   } window_t;
 
-  // Who accesses: a frame as it passes (reads; writes only ask), a good frame's writes behind its
+  // Who accesses: a frame as it passes (reads; writes only ask), a good frame's writes after its
   // end (and what its reads cause), the application.
   typedef struct packed {
     logic       valid;

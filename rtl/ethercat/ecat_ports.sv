@@ -32,7 +32,7 @@ module ecat_ports (
   logic [4:0] quiet_q;
   logic looped, busy;
 
-  // auto close: once closed by a lost link, a port opens again when its control is written anew.
+  // auto close: once closed by a lost link, a port opens again when its control is written again.
   genvar p;
   generate
     for (p = 0; p < 2; p++) begin : gen_port

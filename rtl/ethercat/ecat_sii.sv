@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // ecat_sii: the slave information as registers 0x0500..0x050f show it, from an image in memory.
-// Contract: a command begins behind the commit (or the application's write) that gave it, when idle_i. Read: four words
+// Contract: a command begins after the commit (or the application's write) that gave it, when idle_i. Read: four words
 // from SII_ADDRESS on; write: the first word of SII_DATA; reload: the check sum of words 0..6 is compared with
 // word 7 (CRC-8, x^8+x^2+x+1, from FFh), and word 4 becomes the station alias if it is right. The application reaches the
 // image's words at app_*. live_* as in ecat_control.
@@ -19,7 +19,7 @@ module ecat_sii #(
     input  logic [$clog2(2*Words)-1:0] app_address_i,
     input  logic [7:0]  app_data_i,
     input  logic        app_read_i,
-    output logic [7:0]  app_data_o,     // a clock behind app_read_i, which asks for app_ready_o
+    output logic [7:0]  app_data_o,     // a clock after app_read_i, which asks for app_ready_o
     output logic        app_ready_o,    // no command is at work
     // what a reload found
     output logic        loaded_o,

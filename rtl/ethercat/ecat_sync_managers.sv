@@ -85,14 +85,14 @@ module ecat_sync_managers (
       end
 
       assign enabled[index]       = enable_q && !disable_q;
-      assign boxes[index]         = control_q[esc_regmap_pkg::SM_CONTROL_MODE_LSB+1];  // its upper bit tells
+      assign boxes[index]         = control_q[esc_regmap_pkg::SM_CONTROL_MODE_LSB+1];  // its upper bit decides
       assign master_writes[index] = control_q[esc_regmap_pkg::SM_CONTROL_DIRECTION_LSB];
       assign master_events[index] = control_q[esc_regmap_pkg::SM_CONTROL_MASTER_EVENT_LSB];
       assign pdi_events[index]    = control_q[esc_regmap_pkg::SM_CONTROL_PDI_EVENT_LSB];
       assign triggers[index]      = control_q[esc_regmap_pkg::SM_CONTROL_WATCHDOG_LSB];
       assign lengths[16*index+:16] = length_q;
 
-      // First clock: whether the byte is guarded. One difference tells whether it lies inside, and at the end.
+      // First clock: whether the byte is guarded. One difference decides whether it lies inside, and at the end.
       assign distance = window_i.address - start_q;
       assign {before_end, past} = {1'b0, distance} - {1'b0, length_q};
       always_ff @(posedge clk_i or negedge rst_ni) begin

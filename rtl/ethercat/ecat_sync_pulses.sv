@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// ecat_sync_pulses: SYNC0 at START_TIME and every SYNC0_CYCLE; SYNC1 that SYNC1_CYCLE behind the first, then behind the next
-// one that comes after it: with SYNC1_CYCLE of n to n + 1 times SYNC0_CYCLE, behind every (n + 1)-th.
-// Contract: a pulse begins two clocks behind the system time's reaching it and lasts PULSE_LENGTH clocks (0: until its
+// ecat_sync_pulses: SYNC0 at START_TIME and every SYNC0_CYCLE; SYNC1 that SYNC1_CYCLE after the first, then after the next
+// one that comes after it: with SYNC1_CYCLE of n to n + 1 times SYNC0_CYCLE, after every (n + 1)-th.
+// Contract: a pulse begins two clocks after the system time's reaching it and lasts PULSE_LENGTH clocks (0: until its
 // status is read by the application). begins_o: in the clock before its first. A start that has passed already begins at once
 // and goes on from there cycle by cycle, two clocks each, until it is in the future. live_* as in ecat_control.
 module ecat_sync_pulses (

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // ecat_unit: the processing unit's stream: takes frames nibble by nibble and gives them out changed.
-// Contract: a nibble leaves Delay ticks behind its coming, and as many leave as came. Bytes go to the
-// datagram processor and come back; the last four are the check sequence made anew, inverted where
+// Contract: a nibble leaves Delay ticks after its coming, and as many leave as came. Bytes go to the
+// datagram processor and come back; the last four are the check sequence made again, inverted where
 // the frame was bad. destroy_i ends the frame's output at once. While looped_i a frame shorter than 64 bytes, what is left of
-// a destroyed one, loses its last Delay nibbles, and so all of them in some rounds. A frame's end is told behind its last byte:
+// a destroyed one, loses its last Delay nibbles, and so all of them in some rounds. A frame's end is reported after its last byte:
 // frame_end_o with frame_bad_o; frame_good_o instead of the latter if its writes may come into force: check sequence
 // right, whole bytes, no RX_ER, not spoilt_i; byte_o with byte_valid_o is the datagram processor's input, result_i
-// its answer, which leaves with the fifth tick, 19 clocks behind byte_valid_o, and must stand a clock before.
+// its answer, which leaves with the fifth tick, 19 clocks after byte_valid_o, and must be a clock before.
 module ecat_unit (
     input  logic clk_i,
     input  logic rst_ni,
@@ -64,7 +64,7 @@ module ecat_unit (
   assign marked_o   = marked;
   assign error_o    = error;
 
-  // In: bytes for the processor, one byte's time behind their coming.
+  // In: bytes for the processor, one byte's time after their coming.
   always_ff @(posedge clk_i) begin
     if (tick_i) begin
       for (int i = 0; i < Delay; i++) data_q[i] <= i == 0 ? nibble_i.data : data_q[i-1];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // ecat_watchdog: watchdogs of the process data and of the application, with one divider.
-// Contract: a watchdog begins with its first trigger and runs out WATCHDOG_* units behind the last one, once; the next
+// Contract: a watchdog begins with its first trigger and runs out WATCHDOG_* units after the last one, once; the next
 // trigger lets it live again. A unit is WATCHDOG_DIVIDER + 2 times 40 ns. Time 0 switches one off. expired_o: the process
 // data's runs out. live_* as in ecat_control.
 module ecat_watchdog (

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // ecat_write_log: keeps what a frame wants to change until its check sequence was good, then gives it out in order.
 // Contract: entries come with push_i after clear_i; commit_i begins to give them out, drop_o shows that there were
-// more than there is room for and nothing is given out. busy_o lasts until Drain clocks behind the last entry, so that it has
+// more than there is room for and nothing is given out. busy_o lasts until Drain clocks after the last entry, so that it has
 // taken effect; no push_i and no commit_i while busy_o. An entry is held until ready_i.
 module ecat_write_log #(
     parameter int unsigned Depth = 2048

@@ -3,7 +3,7 @@
 // Contract: clk_i runs at 100 MHz, MII at 25 MHz; its clock is sampled, data are taken at its rising edge. A
 // frame's nibbles leave without a gap, from the first that came: two lie in store before the first leaves, so
 // clocks up to 200 ppm apart neither empty nor fill it within a frame of 1536 bytes. start_o is high for a
-// clock, always as long behind the receiver's first nibble: a time stamp does not see the ticks.
+// clock, always as long after the receiver's first nibble: a time stamp does not see the ticks.
 module mii_receive (
     input  logic clk_i,
     input  logic rst_ni,
@@ -15,7 +15,7 @@ module mii_receive (
     input  logic [3:0] mii_data_i,
     // to the controller
     output logic start_o,
-    output ecat_pkg::nibble_t nibble_o  // new behind each tick
+    output ecat_pkg::nibble_t nibble_o  // new after each tick
 );
 
   localparam int unsigned Depth = 8;

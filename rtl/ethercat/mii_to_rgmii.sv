@@ -3,15 +3,15 @@
 // timing with internal delay (RGMII-ID).
 // Contract: clk_i is 100 MHz and samples all pins; mii_tick_i is that of ethercat_slave.
 // Receive: RXC is 25 MHz, high and low for 15 ns at least. RXD and RX_CTL are stable from 1 ns before each edge of RXC to
-// 11 ns behind it: the PHY or the board delays RXC by 1 ns to 3 ns. The nibble is that of the rising edge; what RXD has at
+// 11 ns after it: the PHY or the board delays RXC by 1 ns to 3 ns. The nibble is that of the rising edge; what RXD has at
 // the falling edge is not looked at, RX_ER comes from RX_CTL at both. mii_rx_* change together, when mii_rx_clk_o rises.
 // Latency: 3 clocks, from the clock that samples RXC low to the one that samples mii_rx_clk_o high. With the half period
 // of RXC before them a nibble comes 5 clocks later than by MII without the adapter.
-// Transmit: latency 1 clock, from mii_tx_* to TXD and TX_CTL. TXC rises 1 clock behind them and falls 1 clock before they
+// Transmit: latency 1 clock, from mii_tx_* to TXD and TX_CTL. TXC rises 1 clock after them and falls 1 clock before they
 // change: the PHY needs no delay of its own, and one of up to 8 ns does no harm. TX_ER is never sent. No TXC in reset.
 // Link: link_o follows the in-band status, which the PHY must send: link, 100 Mbit/s and full duplex, all else is no link.
-// It changes behind 8 status nibbles in a row that contradict it, frames between them not counted, and falls 18 clocks
-// behind the clock that sampled the last edge of RXC. 10 and 1000 Mbit/s are not served.
+// It changes after 8 status nibbles in a row that contradict it, frames between them not counted, and falls 18 clocks
+// after the clock that sampled the last edge of RXC. 10 and 1000 Mbit/s are not served.
 module mii_to_rgmii (
     input  logic       clk_i,
     input  logic       rst_ni,

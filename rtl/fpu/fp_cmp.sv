@@ -43,7 +43,7 @@ module fp_cmp (
   logic subtract_e1;
   logic [31:0] sum_e1, other_e1;
 
-  assign subtract_e1 = op_i[1];          // tells ISUB from IADD
+  assign subtract_e1 = op_i[1];          // ISUB, not IADD
   assign sum_e1      = a_i + (b_i ^ {32{subtract_e1}}) + {31'd0, subtract_e1};
 
   always_comb begin

@@ -203,7 +203,7 @@ module fp_divsqrt (
       // |digit 0|digits 1..25|0| >> amount leaves a significand with its leading one in digit 1, or
       // right of it for a subnormal result: one place if digit 0 is one, and 1 - exp more for a
       // subnormal result. From 26 on only the sticky bit is left. The shift of the known
-      // digits runs beside the last two, which can only reach the lowest places.
+      // digits runs next to the last two, which can only reach the lowest places.
       if (s == Stages - 2) begin : gen_amount
         logic digit0, subnormal, vanished;
 

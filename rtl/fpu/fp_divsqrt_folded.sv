@@ -30,7 +30,7 @@ module fp_divsqrt_folded (
   // A quotient has its leading one in digit 0 or 1 and needs 24 digits from there on. The number of digits
   // below the binary point of a subnormal result is less by its distance to the normal numbers:
   // then clocks are left out, from the second one of either half on. The digits of the first one are always
-  // made. Digits more than count, one or up to four, only tell whether the result is exact.
+  // made. Digits more than count, one or up to four, only decide whether the result is exact.
   // Roots have 25: they are exact with 13 digits or never, and keep the w of 24.
 
   localparam int unsigned Interval = 7;  // clocks an operation spends in the first half
@@ -41,7 +41,7 @@ module fp_divsqrt_folded (
 
   // The first clock of a half takes w from where it is made, the others from the half's own register; the last
   // digit is the sign in a register, and whether it counts is decided a clock later: so nothing but registers is
-  // behind the two additions.
+  // after the two additions.
 
   // Clock k after that of the operands: valid_q[k]; root_q[k] if it is a root.
   logic [Ages:1] valid_q;
@@ -60,7 +60,7 @@ module fp_divsqrt_folded (
   // ---- clocks 0 and 1: unpack and normalise b, then a ----
   // A root has the operand b = 2^-126, which gives its exponent and needs no special result. What is not a
   // is taken for b: whether an operation starts, which is known late, decides nothing here. So nothing but a
-  // register is behind the normalising of either.
+  // register comes after the normalising of either.
   logic [31:0] a_q, operand;
   logic some_exp_q, all_exp_q;  // of a
   logic some_exp, all_exp, no_fraction, at_b;

@@ -51,7 +51,7 @@ module fp_fma (
   assign sign_addend_e1  = mul_e1 || (c_i[31] ^ neg_addend_i);
 
   assign a_subnormal_e1 = !(|a_i[30:23]);
-  assign b_subnormal_e1 = !(|b_i[30:23]) && !add_e1;   // kind_i beside the exponents, not before them
+  assign b_subnormal_e1 = !(|b_i[30:23]) && !add_e1;   // kind_i next to the exponents, not before them
   assign c_subnormal_e1 = !(|c_i[30:23]) || mul_e1;
   assign exp_a_e1 = {a_i[30:24], a_i[23] || a_subnormal_e1};
   assign exp_b_e1 = {b_e1[30:24], b_e1[23] || b_subnormal_e1};
@@ -255,7 +255,7 @@ module fp_fma (
 
   always_comb begin
     stop_e5 = (window_e4_q[47:32] ^ {16{negative_e4_q}}) | room_e4_q;
-    // What a shift by i leaves below the round bit, beside the shift.
+    // What a shift by i leaves below the round bit, next to the shift.
     for (int i = 0; i < 16; i++) sticky_e5[i] = |(window_e4_q[21:0] & (22'h3f_ffff >> i));
   end
 

@@ -35,7 +35,7 @@ module fp_sincos_overlapped (
   //   (c1 + ..) t   23, 24
   //   (c0 + ..) f   27, 28, 29
   // An operation that follows after 11 cycles or more, whatever their number, finds its steps free:
-  // its 19 is behind 29, and so is its 16 where its 13 is behind 26.
+  // its 19 is after 29, and so is its 16 where its 13 is after 26.
 
   localparam int unsigned Interval = 11;
   localparam logic [3:0] LAST = 4'(Interval - 1);

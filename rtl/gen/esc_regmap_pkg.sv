@@ -325,7 +325,7 @@ package esc_regmap_pkg;
         || (address[11:6] == 6'h20 && (address[2:0] == 3'h7));
   endfunction
 
-  // Value of a byte behind reset.
+  // Value of a byte after reset.
   function automatic logic [7:0] reset_byte(input logic [11:0] address);
     case (address)
       12'h000: reset_byte = 8'h4d;

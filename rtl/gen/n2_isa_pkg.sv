@@ -92,7 +92,7 @@ package n2_isa_pkg;
   localparam logic [5:0] OPX_WRCTL = 6'd46;  // control register i5 = a
   localparam logic [5:0] OPX_FLUSHI = 6'd12;  // nothing
   localparam logic [5:0] OPX_INITI = 6'd41;  // nothing
-  localparam logic [5:0] OPX_FLUSHP = 6'd4;  // later instructions are fetched anew
+  localparam logic [5:0] OPX_FLUSHP = 6'd4;  // later instructions are fetched again
   localparam logic [5:0] OPX_SYNC = 6'd54;  // nothing: accesses are in order
   localparam logic [5:0] OPX_WRPRS = 6'd20;  // shadow registers: not there
 

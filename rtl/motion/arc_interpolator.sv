@@ -132,7 +132,7 @@ module arc_interpolator #(
                                               : {size(end_u_q), size(end_v_q)};
       end
       StCount: begin
-        // From a node back to itself, or to one behind it in its quadrant, is a whole turn.
+        // From a node back to itself, or to one after it in its quadrant, is a whole turn.
         if (passes == 2'd0 && along >= along_end) borders_q <= {{1'b0, turns_q} + 1'b1, 2'b00};
         else borders_q <= {1'b0, turns_q, passes};
         left_q <= along_end - along;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// motion_axil: the motion front-end behind an AXI4-Lite subordinate port.
+// motion_axil: the motion front-end with an AXI4-Lite subordinate port.
 // Contract: that of axil_bridge, with the word addresses of docs/motion_regmap.md; the front-end's own
 // accesses take 1 cycle for a write and 2 for a read.
 module motion_axil #(

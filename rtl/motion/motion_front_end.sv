@@ -254,7 +254,7 @@ module motion_front_end #(
     end
   endgenerate
 
-  assign running       = moving | pulse | ~idle;  // a move's last pulse may come a clock behind it
+  assign running       = moving | pulse | ~idle;  // a move's last pulse may come a clock after it
   assign readdata_o    = readdata_q;
   assign waitrequest_o = read_i && !read_q;
   assign irq_o = (irq_idle_q && (running | waiting) == '0 && !path_busy && !path_pending)

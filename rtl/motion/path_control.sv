@@ -263,7 +263,7 @@ module path_control #(
     else if (!due && advance) due_q <= due_q - 1'b1;
   end
 
-  // A period is made up for as far as it goes, but a pulse stands for a part of a planned profile.
+  // A period is made up for as far as it goes, but a pulse represents a part of a planned profile.
   always_ff @(posedge clk_i or negedge rst_ni)
     if (!rst_ni) lost_q <= 1'b0;
     else lost_q <= running_q && by_pulses && full;

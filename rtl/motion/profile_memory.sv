@@ -2,7 +2,7 @@
 // profile_memory: rings of phase records, one an axis.
 // The host writes records and then moves the heads: those of several axes together, and velocity_control
 // looks at all of them in one clock, so what was released together starts together. Contract: the word
-// asked for of an axis' oldest record is there a clock later; take_i uses the record up. A full ring is
+// requested of an axis' oldest record is there a clock later; take_i uses the record up. A full ring is
 // the host's to avoid (head - tail <= 8).
 module profile_memory #(
     parameter int unsigned Axes = 5  // 1..8

@@ -2,7 +2,7 @@
 // step_interpolator: lines and arcs in the planes G17 (X, Y), G18 (Z, X) and G19 (Y, Z), step by step.
 // Contract: start_i while not active_o takes a job of line_interpolator or arc_interpolator (arc_i), both
 // with u, v being the plane's axes in that order; every advance_i with ready_o gives one step on
-// step_o/negative_o {z, y, x} with valid_o, a clock later for arcs and for lines alike.
+// step_o/negative_o {z, y, x} with valid_o, a clock later for arcs as for lines.
 module step_interpolator #(
     parameter int unsigned Width    = 24,
     parameter int unsigned TurnBits = 8

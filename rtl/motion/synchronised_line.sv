@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // synchronised_line: a straight line in up to eight axes, one step of the longest axis at a time.
 // Contract: start_i while not active_o takes the signed lengths; every advance_i with ready_o gives one
-// combined step in the same clock: the longest axis moves, each other one when it is half a step behind,
+// combined step in the same clock: the longest axis moves, each other one when it is half a step after,
 // so that all stay within 1/2 step of the ideal line. ready_o comes 2*Axes + 1 clocks after start_i. A
 // line of length 0 is over without.
 module synchronised_line #(

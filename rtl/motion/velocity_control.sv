@@ -15,7 +15,7 @@ module velocity_control #(
     input  logic [Axes-1:0]    abort_i,     // drop the move: rate 0 from the next clock, flags cleared
     input  logic               tick_i,      // one clock in every microsecond
 
-    // records: the word asked for in a clock is there in the next one
+    // records: the word requested in a clock is there in the next one
     input  logic [Axes-1:0]    waiting_i,   // the axis has a record; looked at in the clock after tick_i
     output logic [2:0]         axis_o,
     output logic [2:0]         word_o,
@@ -38,7 +38,7 @@ module velocity_control #(
   localparam int unsigned FlagLast = 3, FlagFirst = 2, FlagByPulses = 1, FlagDirection = 0;
   localparam logic [2:0] LAST_AXIS = 3'(Axes - 1);
 
-  // A round, in the clocks behind each tick, gives every axis a turn of eight steps. In each step one
+  // A round, in the clocks after each tick, gives every axis a turn of eight steps. In each step one
   // word of the axis' state, or of its next record, goes through the accumulator into the state: the
   // flags, count - 1, the jerk as they are; the others with the result before them added.
   localparam logic [2:0] FLAGS = 3'd0, COUNT = 3'd1, JERK_LOW = 3'd2, SLOPE_LOW = 3'd3,
@@ -155,7 +155,7 @@ module velocity_control #(
       logic near_q;  // the limit is within reach of the events
       logic direction_q;
       logic loaded_q;  // a phase is there and not yet over
-      logic fresh_q;  // none of its ticks has passed, and the clock behind it
+      logic fresh_q;  // none of its ticks has passed, and the clock after it
       logic running_q;  // the rate belongs to a move
       logic final_q;  // the phase that ended was its move's last
       logic pulsed_q;  // a pulse since the rate was published

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // n2_alu: adder, logic and comparison of stage E. Combinational.
 // Contract: condition_o is the comparison selected by equal_i, signed_i, invert_i, for compare
-// instructions and branches alike; it needs subtract_i. The adder is kept apart from the other results
-// because it is the slowest of them: one selection behind it.
+// instructions and branches; it needs subtract_i. The adder is apart from the other results
+// because it is the slowest of them: one selection after it.
 module n2_alu (
     input  logic [31:0]     a_i,
     input  logic [31:0]     b_i,

@@ -3,7 +3,7 @@
 // Contract: one event per cycle in which strobe_i is high: a fault (its entry), a return, a wrctl. Of
 // status, estatus and bstatus only PIE exists. ipending, cpuid and exception ignore writes. interrupt_o
 // is registered: it follows a change of PIE or ienable a cycle later, before the next instruction
-// (fetched anew after every such change) is decoded.
+// (fetched again after every such change) is decoded.
 module n2_control #(
     parameter logic [31:0] CpuId = 32'd0
 ) (

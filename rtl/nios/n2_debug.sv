@@ -4,7 +4,7 @@
 // Contract: the core halts by its break exception: `ba` - 4 is the address of the next instruction,
 // `bstatus` the program's status. Halted, it fetches nothing of its own; an instruction of the host has
 // left the pipeline seven clocks (of a pipeline that moves) later. `bret` lets the program go on. A
-// watchpoint halts behind the access, all else before the instruction.
+// watchpoint halts after the access, all else before the instruction.
 module n2_debug (
     input  logic                    clk_i,
     input  logic                    rst_ni,             // of the registers
@@ -18,7 +18,7 @@ module n2_debug (
     output logic                    avs_waitrequest_o,
     // to the system
     output logic                    halted_o,
-    output logic                    freeze_o,           // timers stand still
+    output logic                    freeze_o,           // timers hold
     // to and from n2_core
     output n2_pkg::debug_state_t    state_o,
     output logic                    break_d_o,          // a break instead of the instruction in D
@@ -116,7 +116,7 @@ module n2_debug (
     end
   end
 
-  // The word goes to D through the register behind the instruction memory, which holds it two clocks
+  // The word goes to D through the register after the instruction memory, which holds it two clocks
   // later; then it is valid for one clock, and in A when the count ends.
   assign state_o.halted = halted_q;
   assign state_o.word   = word_q;
@@ -133,7 +133,7 @@ module n2_debug (
     for (i = 0; i < Breakpoints; i++) begin : gen_breakpoint
       localparam logic [4:0] Register = n2_debug_regmap_pkg::REG_BREAKPOINT + 5'(i);
       logic on_q;
-      logic [29:0] next_q;  // word address behind the instruction
+      logic [29:0] next_q;  // word address after the instruction
       always_ff @(posedge clk_i or negedge rst_ni) begin
         if (!rst_ni) on_q <= 1'b0;
         else if (write && avs_address_i == Register)

@@ -52,7 +52,7 @@ module n2_decode #(
         d.read_a = 1'b1;
         write = 1'b1;
         d.result = n2_pkg::RsLogic;
-        // op[5] tells the high forms, op[4:3] the function.
+        // op[5] marks the high forms, op[4:3] the function.
         d.immediate = op[5] ? n2_pkg::ImHigh : n2_pkg::ImUnsigned;
         d.logic_op = op[4:3] == 2'b01 ? n2_pkg::LgAnd :
                      op[4:3] == 2'b10 ? n2_pkg::LgOr : n2_pkg::LgXor;

@@ -30,7 +30,7 @@ module n2_fetch #(
     // to D
     output logic                    valid_d_o,
     output logic [31:0]             word_d_o,
-    output logic [AddressWidth-1:0] next_d_o,        // address behind the instruction
+    output logic [AddressWidth-1:0] next_d_o,        // address after the instruction
     output logic [AddressWidth-1:0] other_d_o,       // the way that prediction did not take
     output logic                    taken_d_o,
     output logic [TableBits-1:0]    index_d_o,

@@ -9,7 +9,7 @@ module n2_io #(
 ) (
     input  logic                                          clk_i,
     input  logic                                          rst_ni,
-    input  logic                                          freeze_i,   // timer and counters stand still
+    input  logic                                          freeze_i,   // timer and counters hold
     // from and to the core
     input  logic [n2_system_pkg::IO_ADDRESS_WIDTH-1:0]    avs_address_i,
     input  logic                                          avs_read_i,

@@ -82,7 +82,7 @@ package n2_pkg;
     logic       breakpoint;  // break: a fault without a cause
     logic       leave;       // eret, bret
     logic       leave_break; // bret
-    logic       flush;       // fetch the next instruction anew
+    logic       flush;       // fetch the next instruction again
     logic       rdctl;
     logic       wrctl;
   } decoded_t;
@@ -101,7 +101,7 @@ package n2_pkg;
 
   // To n2_debug: what its comparators look at, word addresses.
   typedef struct packed {
-    logic [29:0] next_d;     // behind the instruction in D
+    logic [29:0] next_d;     // after the instruction in D
     logic        access_e;   // a load or store is in E and will complete
     logic        store_e;
     logic [3:0]  lanes_e;

@@ -31,7 +31,7 @@ module n2_system #(
     output logic [7:0]  console_data_o,
     output logic        exit_valid_o,
     output logic [31:0] exit_status_o,
-    // agents beside the I/O (External = 1): Avalon-MM host, byte address
+    // agents next to the I/O (External = 1): Avalon-MM host, byte address
     output logic [31:0] ext_address_o,
     output logic        ext_read_o,
     output logic        ext_write_o,

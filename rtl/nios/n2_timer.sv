@@ -6,7 +6,7 @@
 module n2_timer (
     input  logic        clk_i,
     input  logic        rst_ni,
-    input  logic        freeze_i,   // time stands still
+    input  logic        freeze_i,   // time stops
     // from and to the bus agent
     input  logic        write_i,
     input  logic [1:0]  word_i,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // n2_trace: one record per instruction that leaves stage A of n2_core, completed or by an exception.
-// Contract: the record stands for one cycle, the one after the instruction has left A.
+// Contract: the record represents one cycle, the one after the instruction has left A.
 module n2_trace #(
     parameter int unsigned AddressWidth = 14,
     parameter logic [31:0] PcBase = 32'd0       // upper bits of a program counter
@@ -9,7 +9,7 @@ module n2_trace #(
     input  logic                    rst_ni,
     input  logic                    en_i,       // the pipeline moves
     // from E, M and A
-    input  logic [AddressWidth-1:0] next_e_i,   // word address behind the instruction
+    input  logic [AddressWidth-1:0] next_e_i,   // word address after the instruction
     input  logic [31:0]             word_m_i,
     input  logic [4:0]              cause_m_i,
     input  logic                    valid_a_i,

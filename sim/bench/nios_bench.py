@@ -84,7 +84,7 @@ def sources(folder: Path) -> Iterator[tuple[str, list[Path]]]:
 
 
 def compiled(name: str, files: Sequence[Path], system: str, options: str) -> Program:
-    """A program by nios-gcc. Raises ImageError with what the compiler said."""
+    """A program by nios-gcc. Raises ImageError with what the compiler printed."""
     elf = BUILD / f"nios_bench/{system}/{name}.elf"
     elf.parent.mkdir(parents=True, exist_ok=True)
     given = [str(file) for file in files]

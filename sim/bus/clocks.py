@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Distributed clocks of a line, set up as a master does it, and how far apart they then run.
 
-Delays come from receive times (ETG.1000.4): half of what a round trip behind a slave takes longer
-than behind its neighbour. The first slave is the reference; every cycle an ARMW of its time passes.
+Delays come from receive times (ETG.1000.4): half of what a round trip beyond a slave takes longer
+than beyond its neighbour. The first slave is the reference; every cycle an ARMW of its time passes.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@
     unshare -rn python -m sim.bus.dc_run --cycles 300
 
 pysoem measures the delays, writes delays and offsets, sets SYNC0 of every slave and goes to OP,
-where it sends the reference's time in each cycle. The report, JSON, has what it wrote beside what
+where it sends the reference's time in each cycle. The report, JSON, has what it wrote next to what
 the simulation knows. Times are ns.
 """
 
@@ -64,7 +64,7 @@ def true_delays(line: Line) -> list[float]:
 
 def pulses(line: Line, start: int) -> tuple[list[list[int]], list[int]]:
     """Rises of SYNC0 of each slave from that system time on, and those of the first slave by its
-    own clock behind `start` and whole cycles."""
+    own clock after `start` and whole cycles."""
     share = single(ARMW, 0, esc_regmap.SYSTEM_TIME.address, bytes(8))
     while line.time() < start - SHARE_NS:
         line.pass_by(share, SHARE_NS)
@@ -95,8 +95,8 @@ def run(cycles: int) -> dict[str, object]:
     offsets: written (0920), less the first one's; true_offsets: of the local clocks when the master
     latched them, the first one's less each one's; rests: of system times, less offsets and local
     clocks, and the first one's. pulses: rises of SYNC0 of each slave, by the
-    simulation's clock, behind the first one of all; starts: set (0990), cycles: set (09A0);
-    late: the first slave's rises behind its start time and cycles. wrong_counters: in OP.
+    simulation's clock, after the first one of all; starts: set (0990), cycles: set (09A0);
+    late: the first slave's rises after its start time and cycles. wrong_counters: in OP.
     """
     with Line(PPM) as line:
         for place, length in enumerate(CABLES_PS):

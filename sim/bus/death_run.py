@@ -58,11 +58,11 @@ def first(condition: np.ndarray) -> int | None:
 def run(ticks: int) -> dict[str, object]:
     """The report. Raises RuntimeError when the device does not come to OP.
 
-    state, code: 0130 and 0134 behind the silence; watchdog: by how much 0442 rose; error_codes,
+    state, code: 0130 and 0134 after the silence; watchdog: by how much 0442 rose; error_codes,
     statuswords: of each axis; emergencies: their codes. From the last frame on, in control ticks
     of 100 us: moving: increments of the first axis in a tick, at first; moved: in all; stopped_at:
-    it stands from there on, unpowered_at: no axis has power any more, None: never. again: the state
-    that the device was brought back to.
+    it is at rest from there on, unpowered_at: no axis has power any more, None: never. again: the
+    state that the device was brought back to.
     """
     rtl = DeviceRtl()
     rtl.run(START_NS)

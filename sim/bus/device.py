@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The device on the bus, Verilated: slave controller and Nios II system with its program, with an
-ideal machine behind it (device_harness.cpp)."""
+ideal machine connected to it (device_harness.cpp)."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class DeviceRtl(BusModel):
         return {name: self._call("count", n) for n, name in enumerate(COUNTS)}
 
     def restart_counts(self) -> None:
-        """Count ticks anew."""
+        """Count ticks again."""
         self._call("restart_counts")
 
     @property
@@ -90,5 +90,5 @@ class DeviceRtl(BusModel):
         return self._call("take", descriptor, 1000)
 
     def give(self, descriptor: int) -> None:
-        """What has come back to the master behind the TAP device."""
+        """What has come back to the master through the TAP device."""
         self._call("give", descriptor)

@@ -47,7 +47,7 @@ struct Device {
     line.slaves[0]->application = [this](Line::Slave& slave) { before_edge(slave.top.get()); };
   }
 
-  // One access of the host a clock: the inputs before a tick, the outputs behind it.
+  // One access of the host a clock: the inputs before a tick, the outputs after it.
   void before_edge(Vethercat_nios* top) {
     if (top->console_valid_o) console.push_back(char(top->console_data_o));
     top->host_write_i = 0;

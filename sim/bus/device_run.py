@@ -68,7 +68,7 @@ class Trial(Session):
         return {"objects": len(indices), "entries_read": entries, "different": different}
 
     def label(self) -> bool:
-        """480 bytes there and back, in segments; an abort is told by its code."""
+        """480 bytes there and back, in segments; an abort is reported by its code."""
         slave, text = self.master.slaves[0], bytes(33 + n % 90 for n in range(480))
         slave.sdo_write(0x2020, 0, text)
         try:

@@ -27,7 +27,7 @@ SLAVES = 3
 WATCHDOG_MS = 4
 WAIT_US = 50_000  # of this machine's clock, for an answer that does not come
 ANSWER_US = 2_000_000
-GOOD = 10  # cycles behind each disturbance
+GOOD = 10  # cycles after each disturbance
 SETTLED = 100  # cycles in which inputs must show the last outputs
 LONG = 150  # frames, each at least 50 us of simulated time
 COUNTERS = {
@@ -67,7 +67,7 @@ class Trial:
     def settle(self) -> None:
         """The last outputs again until all inputs show them. Raises RuntimeError.
 
-        A slave's program is some cycles behind, how many depends on the load of this machine.
+        A slave's program is some cycles late, how many depends on the load of this machine.
         """
         for _ in range(SETTLED):
             if not any(self.seen()):
@@ -79,8 +79,8 @@ class Trial:
     def phase(self, kind: str, frames: int) -> dict[str, object]:
         """Frames of that kind in a row, then good cycles; what they came to.
 
-        wrong, wrong_behind: counters that were missing or wrong while it lasted and behind it;
-        in_op: all slaves; inputs: `seen` before, in its course and behind; counted: what counters
+        wrong, wrong_behind: counters that were missing or wrong while it lasted and after it;
+        in_op: all slaves; inputs: `seen` before, in its course and after; counted: what counters
         of each slave rose by.
         """
         self.settle()

@@ -54,7 +54,7 @@ class Master:
         )
 
     def _line(self) -> list[str]:
-        """Words of the next line. Raises RuntimeError with what the program said."""
+        """Words of the next line. Raises RuntimeError with what the program printed."""
         assert self._process.stdout and self._process.stderr
         if not (line := self._process.stdout.readline()):
             raise RuntimeError(f"ethercrab: {self._process.stderr.read().strip()}")

@@ -3,7 +3,7 @@
 
 It waits its whole time-out at each broadcast, and takes an answer that comes later for a lost one:
 simulated wires on a loaded machine are sometimes that slow. A bring-up that lost an answer begins
-anew, with twice the time-out.
+again, with twice the time-out.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class Master:
         return bus
 
     def exchange(self, value: int) -> bool:
-        """As `master_loop.Master` has it; KickCAT tells a wrong counter by an error."""
+        """As `master_loop.Master` has it; KickCAT reports a wrong counter by an error."""
         for slave in self._slaves:
             slave.set_output_bytes(bytes([value]) * slave.output_size)
         try:
@@ -72,7 +72,7 @@ class Master:
         return all(self._bus.get_state(s) == kickcat.State.OPERATIONAL for s in self._slaves)
 
     def expected_counter(self) -> None:
-        """KickCAT does not tell."""
+        """KickCAT does not report it."""
 
     def close(self) -> None:
         """The link ends with this object."""

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Slave controllers in a line (or ring), Verilated: frames, application ports, clocks.
 
-The master's port 0 is at the first slave, its port 1 behind the last one, if the ring is closed.
+The master's port 0 is at the first slave, its port 1 after the last one, if the ring is closed.
 Frames are bytes without preamble; a good check sequence is appended unless it is given.
 """
 
@@ -18,14 +18,14 @@ from sim.bus.register import ByteRegister
 from sim.bus.verilated import HERE, BusModel, load
 from sim.rtl.sources import RTL
 
-FOLDERS = (RTL,)  # where the sources stand; tests of planted faults put changed copies first
+FOLDERS = (RTL,)  # where the sources are; tests of planted faults put changed copies first
 GAP_NIBBLES = 24
 SEQUENCE_BYTES = 4
 MOST_NIBBLES = 1 << 14
 SII_IMAGE = 0x8000
 CABLE_PS = 25_000
 DISTURBANCES = ("lost", "damaged", "lost back")
-SETTLE_NS = 60_000  # behind reset, until registers have their values and ports are open
+SETTLE_NS = 60_000  # after reset, until registers have their values and ports are open
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Returned:
     """A frame that came back to the master.
 
     data: its bytes without check sequence; good: that was right, and the nibbles even.
-    began, ended: first nibble of the preamble and behind the last nibble, ps.
+    began, ended: first nibble of the preamble and after the last nibble, ps.
     """
 
     data: bytes
@@ -45,7 +45,7 @@ class Returned:
 
 
 def check_sequence(data: bytes) -> bytes:
-    """Check sequence of Ethernet (IEEE 802.3, CRC-32) as it stands in a frame."""
+    """Check sequence of Ethernet (IEEE 802.3, CRC-32) as it is in a frame."""
     return binascii.crc32(data).to_bytes(SEQUENCE_BYTES, "little")
 
 
@@ -202,7 +202,7 @@ class Line(BusModel):
         self.write(esc_regmap.SII_CONTROL, reload, slave=slave)
 
     def copy(self, outputs: tuple[int, int], inputs: tuple[int, int], slave: int = 0) -> None:
-        """Copy outputs to inputs (address, bytes), zeros behind, whenever the interrupt asks."""
+        """Copy outputs to inputs (address, bytes), zeros after, whenever the interrupt asks."""
         self._call("copy", slave, *outputs, *inputs)
 
     def time(self, slave: int = 0) -> int:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The robot behind the device on the bus: its law on the ASIP, its plant, its encoders.
+"""The robot that the device on the bus drives: its law on the ASIP, its plant, its encoders.
 
 Words of a control tick (nios_sw/ethercat/ethercat_tick.h) go both ways. What the pass of tick k
 gave is the law's set-point at tick k + 1; what the encoders say at tick k goes to pass k.

@@ -100,8 +100,8 @@ def run(
 ) -> dict[str, object]:
     """Bring all slaves of the line to OP and run; what it came to, times by this machine's clock.
 
-    expected_counter: None if the master does not tell; echoes: cycles whose inputs were outputs of
-    an earlier cycle. Raises RuntimeError with the state reached.
+    expected_counter: None if the master does not report it; echoes: cycles whose inputs were
+    outputs of an earlier cycle. Raises RuntimeError with the state reached.
     """
     with line.served(open_tap()):
         began = time.perf_counter()

@@ -46,7 +46,7 @@ from sim.robot.records import SetPoints
 
 TICKS = 10  # of 100 us in a cycle of the master
 DELAY = 26  # ticks: 25 of the interpolation, 1 until the pass that takes a target
-REST = 60  # cycles at the first and behind the last target
+REST = 60  # cycles at the first and after the last target
 FOLLOWING_ERROR = 0x8611
 
 
@@ -113,7 +113,7 @@ class Drive:
             raise RuntimeError(f"not all axes are enabled; {', '.join(sorted(self.faults))}")
 
     def follow(self, wanted: NDArray[np.float64]) -> Curves:
-        """Enable at the first pose (N, 5), send every TICKS-th, rest behind the last one."""
+        """Enable at the first pose (N, 5), send every TICKS-th, rest after the last one."""
         self.enable(wanted[0])
         begin = len(self.machine.places) + DELAY
         sent = wanted[::TICKS]

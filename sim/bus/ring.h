@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Slaves in a line behind a master's port, each with its own clock: wires of MII with a delay between them, an event at
+// Slaves in a line from a master's port, each with its own clock: wires of MII with a delay between them, an event at
 // a time. A master may listen at the far end too, so that the line is a ring. Times are in ps.
 //
 // Model: a Verilated top with the MII ports of ethercat_slave.
@@ -34,8 +34,8 @@ struct WireEvent {
 };
 
 struct Frame {
-  uint64_t began, ended;       // first nibble of the preamble, behind the last nibble
-  std::vector<uint8_t> nibbles;  // behind the start delimiter
+  uint64_t began, ended;       // first nibble of the preamble, after the last nibble
+  std::vector<uint8_t> nibbles;  // after the start delimiter
   unsigned preamble;
 };
 
@@ -216,7 +216,7 @@ class Ring {
 
   void put(Slave& to, int port, const Nibble& nibble) {
     if (!to.linked[port]) return;
-    // While nothing comes the wire's clock need not be heard, but for the end of a frame.
+    // While nothing comes the wire's clock need not be heard, except for the end of a frame.
     auto& wire = to.wire[port];
     if (!nibble.valid && silent_[{&to, port}]) return;
     const uint64_t time = now + lengths_[to.index + port];

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""pysoem, unmodified, and the device in RTL behind a TAP device: bring-up and process data."""
+"""pysoem, unmodified, and the device in RTL at a TAP device: bring-up and process data."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@
 
 using Line = Ring<Vethercat_slave>;
 
-// Simulated, without a frame from the master: while one is on its way, which may be lost, and behind all of them.
+// Simulated, without a frame from the master: while one is on its way, which may be lost, and after all of them.
 constexpr unsigned LOST_US = 300, IDLE_US = 50;
 
 namespace {
@@ -70,7 +70,7 @@ class Application {
  private:
   static uint8_t enable(int left) { return left >= 4 ? 0xF : (1 << left) - 1; }
 
-  // The outputs go back as inputs, with zeros behind them: a loop that a master can see.
+  // The outputs go back as inputs, with zeros after them: a loop that a master can see.
   void copy() {
     words_.assign((input_bytes + 3) / 4, 0);
     for (unsigned at = 0; at < output_bytes; at += 4) {
@@ -134,7 +134,7 @@ EXPORT void bus_disturb(Bus* bus, int kind, unsigned frames) { bus->disturbed[ki
 EXPORT unsigned bus_disturbed(Bus* bus, int kind) { return bus->disturbed[kind]; }
 EXPORT uint64_t bus_arrived(Bus* bus, unsigned i) { return bus->line.slaves.at(i)->arrived; }
 
-// A frame of nibbles from the start delimiter on, `gap` nibbles behind the last.
+// A frame of nibbles from the start delimiter on, `gap` nibbles after the last.
 EXPORT void bus_send(Bus* bus, int port, const uint8_t* nibbles, unsigned n, int error_at, unsigned gap) {
   bus->line.send[port].send(std::vector<uint8_t>(nibbles, nibbles + n), error_at, gap);
 }
@@ -186,7 +186,7 @@ EXPORT uint64_t bus_count(Bus* bus, int which) { return which ? bus->returned : 
 
 // Joins the master's ports to TAP devices that do not block, until bus_stop; a second one of -1: the first port only.
 // What the master sends goes to the line at once, what comes back whole and with a good check sequence goes to the
-// master. Behind IDLE_US time goes on by 1 us in 1 ms, so that waiting for a master that computes costs nothing.
+// master. After IDLE_US time goes on by 1 us in 1 ms, so that waiting for a master that computes costs nothing.
 EXPORT void bus_serve(Bus* bus, int first, int second) {
   uint8_t bytes[2048];
   unsigned idle = 0, on_their_way = 0;

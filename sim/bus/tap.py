@@ -66,7 +66,7 @@ def command_line(doc: str, example: str) -> argparse.ArgumentParser:
 
 
 def progress_of(cycles: int, every: int) -> Callable[[int], None]:
-    """Takes cycles done and tells them, one in `every`, on a terminal."""
+    """Takes cycles done and prints them, one in `every`, on a terminal."""
     began = time.monotonic()
 
     def progress(n: int) -> None:

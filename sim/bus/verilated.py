@@ -66,7 +66,7 @@ class BusModel(verilated.Verilated):
     def served(self, *taps: int) -> Iterator[None]:
         """Frames pass between TAP devices, open and not blocking, and the model, whose time goes on
         in a thread of its own."""
-        self._call("restart")  # here: the thread may begin behind `stop`
+        self._call("restart")  # here: the thread may begin after `stop`
         service = threading.Thread(target=self._call, args=("serve", *taps), daemon=True)
         service.start()
         try:

@@ -58,7 +58,7 @@ class AsipPins(AgentPins, Protocol):
 
 
 class Asip(Agent):
-    """The core behind its host port. `pause` is the probability of an idle clock before an access.
+    """The core at its host port. `pause` is the probability of an idle clock before an access.
 
     The unused hooks of the debug block are tied to 0.
     """

@@ -72,7 +72,7 @@ class Port:
         self.source.send_nowait(frame)
 
     def receive(self) -> Returned | None:
-        """The oldest frame that has come back, whole bytes behind a whole preamble."""
+        """The oldest frame that has come back, whole bytes after a whole preamble."""
         if self.sink.empty():
             return None
         frame = self.sink.recv_nowait()

@@ -44,7 +44,7 @@ class NiosPins(Protocol):
 
 
 class Nios(Clocked):
-    """A system behind its host port; the core is in reset until `start`.
+    """A system at its host port; the core is in reset until `start`.
 
     Addresses are byte addresses, inputs and outputs those of nios_sw/system.toml.
     """

@@ -112,7 +112,7 @@ class Core:
     def select(self, function: str) -> None:
         """Go on with a function of an image with several: the next ticks are its, by its names.
 
-        The states of all functions are kept. Inputs are 0 until they are set again. The first one
+        The states of all functions persist. Inputs are 0 until they are set again. The first one
         is selected at the start. Raises ImageError for an unknown function.
         """
         view = self._whole.function(function)
@@ -150,7 +150,7 @@ class Core:
 
     @property
     def backend(self) -> Backend:
-        """The model behind: with 'rtl' its member `rtl` gives the bus, clock and traces."""
+        """The model itself: with 'rtl' its member `rtl` gives the bus, clock and traces."""
         if self._backend is None:
             raise CoreError("the core is closed; make another Core")
         return self._backend

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where a `Core` runs: the Verilated RTL or the instruction-set model, behind one interface."""
+"""Where a `Core` runs: the Verilated RTL or the instruction-set model, with one interface."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ class RtlBackend:
         return Runs(result.words, flags, result.cycles, fault, text)
 
     def fault(self, cause: str) -> Fault:
-        """The fault that the core stands in."""
+        """The fault that the core is in."""
         return Fault.of(cause, self.rtl.read(CSR["FAULT_INFO"]))
 
     def preset(self, words: Mapping[str, int]) -> None:
@@ -146,7 +146,7 @@ class RtlBackend:
 
 
 class IssBackend:
-    """The instruction-set model `iss`: same bits but for sine and cosine, which it rounds
+    """The instruction-set model `iss`: same bits except for sine and cosine, which it rounds
     correctly; no clock cycles. trace: every write is recorded, not only the last of a register."""
 
     def __init__(self, image: Image, trace: bool = False) -> None:
@@ -222,7 +222,7 @@ def number(word: int, type_name: str) -> float | int:
 
 
 def readable_addresses(image: Image) -> dict[str, int]:
-    """Bus addresses of outputs, exports and states by name, but for exports of bank K."""
+    """Bus addresses of outputs, exports and states by name, except for exports of bank K."""
     places = image.registers.items()
     found = {name: register_address(at) for name, at in places if is_register(at)}
     return found | {output.name: BLOCK["outputs"] + output.index for output in image.outputs}

@@ -16,7 +16,7 @@ from sim.robot.plant import Plant
 from sim.robot.records import Counts, Floats, SetPoints
 
 PROGRESS_TICKS = 500  # ticks between two progress calls
-SETTLED_S = 0.05  # tracking is judged from here on [s]
+SETTLED_S = 0.05  # tracking is checked from here on [s]
 
 
 @dataclass(frozen=True)
@@ -169,7 +169,7 @@ def tracking_error(
 ) -> Tracking:
     """Largest deviation of the exact joints and tool from the desired ones, (N, 5) and path.
 
-    A path that ends before the loop has settled is judged at its last tick.
+    A path that ends before the loop has settled is checked at its last tick.
     """
     settled = slice(min(round(SETTLED_S / robot.T_s), len(path) - 1), None)
     deviation = np.abs(recording.joints - desired_joints)[settled]

@@ -133,7 +133,7 @@ class AsipController:
         return int(self._port.cycles[0])
 
     def fault_text(self) -> str:
-        """Cause, place and source lines of the fault that the core stands in."""
+        """Cause, place and source lines of the fault that the core is in."""
         cause = FAULT_NAMES[STATUS["cause"].of(int(self._port.status[0]))]
         return fault_text(self.image, self._backend.fault(cause))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs of a program on a core behind a link, a board for example, as a backend of a `Core`."""
+"""Runs of a program on a core over a link, a board for example, as a backend of a `Core`."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class LinkBackend:
         )
 
     def _run(self) -> int:
-        """STATUS behind one run. Raises DebugError if it does not end."""
+        """STATUS after one run. Raises DebugError if it does not end."""
         self.client.clear()
         self.client.start()
         end = time.monotonic() + self.client.timeout

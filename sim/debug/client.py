@@ -80,7 +80,7 @@ class Client(RunControl, Recorder):
 
     def check_program(self, image: Image) -> None:
         """Raises DebugError if the core has another program than an image, whose names would be
-        those of other words. Program memory cannot be read back: entry and outputs tell."""
+        those of other words. Program memory cannot be read back: entry and outputs identify it."""
         self._check_configuration(image)
         runs = {(image.entry, image.output_mask)}
         runs |= {(each.entry, each.output_mask) for each in image.functions}

@@ -176,7 +176,7 @@ def accept(listener: socket.socket, say: Say) -> socket.socket | None:
 def check_user(client: socket.socket) -> None:
     """Raises Refused for a client on this machine whose socket belongs to another user.
 
-    A client from another machine, and a system without this table, tell nothing: they pass.
+    A client from another machine, and a system without this table, report nothing: they pass.
     """
     if client.family != socket.AF_INET or not is_loopback(client.getpeername()[0]):
         return

@@ -46,7 +46,7 @@ class DebugRtl(AsipRtl):
         return SerialLink(_Pins(self), "serial pins of the model", clock=self)
 
     def send_line(self, data: bytes) -> None:
-        """Bytes for the serial line, behind those that wait."""
+        """Bytes for the serial line, after those that wait."""
         self._lib.asip_line_send(self._model, data, len(data))
 
     def receive_line(self) -> bytes:

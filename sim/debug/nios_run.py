@@ -166,7 +166,7 @@ class Progress:
         self._limit, self._say = limit, say
         self._period = TERMINAL_SECONDS if say.is_terminal else LOG_SECONDS
         self._began = self._last = time.monotonic()
-        self._line = False  # a line of progress stands on the terminal
+        self._line = False  # a line of progress is on the terminal
 
     def __enter__(self) -> Progress:
         return self

@@ -72,7 +72,7 @@ class Event:
 
 # ---------------------------------------------------------------------- frames
 def cobs_encode(data: bytes) -> bytes:
-    """Bytes without a zero that stand for `data`, at most LARGEST bytes. Raises PacketError."""
+    """Bytes without a zero that represent `data`, at most LARGEST bytes. Raises PacketError."""
     if len(data) > LARGEST:
         raise PacketError(f"{len(data)} bytes in a packet; at most {LARGEST}")
     return b"".join(bytes([len(part) + 1]) + part for part in data.split(b"\0"))
@@ -148,7 +148,7 @@ def read_body(address: int, count: int) -> bytes:
 
 
 def write_body(address: int, words: Sequence[int]) -> bytes:
-    """Body of WRITE: 1 to WRITE_WORDS words for a word address and those behind it."""
+    """Body of WRITE: 1 to WRITE_WORDS words for a word address and those after it."""
     if not 1 <= len(words) <= WRITE_WORDS:
         raise PacketError(f"{len(words)} words to write; 1 to {WRITE_WORDS}")
     return struct.pack("<H", address) + pack_words(words)

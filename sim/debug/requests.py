@@ -28,11 +28,11 @@ TRIES = 3
 
 
 class DebugError(RuntimeError):
-    """The block cannot do what was asked for; the text says why, and the cure."""
+    """The block cannot do what was requested; the text says why, and the cure."""
 
 
 class Requests:
-    """One debug block behind a link. Methods raise LinkError if nothing answers any more.
+    """One debug block over a link. Methods raise LinkError if nothing answers any more.
 
     timeout: seconds for an answer; a request is sent TRIES times. A read of registers, data or
     outputs during a run is answered when the run has ended or is halted.
@@ -82,7 +82,7 @@ class Requests:
         return words
 
     def write_words(self, address: int, words: Sequence[int]) -> None:
-        """Words for a bus address and those behind it."""
+        """Words for a bus address and those after it."""
         for at in range(0, len(words), WRITE_WORDS):
             part = [word & 0xFFFFFFFF for word in words[at : at + WRITE_WORDS]]
             self._request(Type.WRITE, write_body(address + at, part))
@@ -102,7 +102,7 @@ class Requests:
         return fields_of(register, self._read(register))
 
     def _neighbours(self, *registers: str) -> list[int]:
-        """Registers that stand one behind the other, in one packet."""
+        """Registers that follow one after the other, in one packet."""
         return self.read_words(REGISTER[registers[0]], len(registers))
 
     def state(self) -> State:
@@ -118,7 +118,7 @@ class Requests:
     # ------------------------------------------------------------------ packets
 
     def set_events(self, on: bool = True) -> None:
-        """Over a serial line: whether the block tells changes of its state by itself."""
+        """Over a serial line: whether the block reports changes of its state by itself."""
         self._set_uart(events=int(on))
 
     def _set_uart(self, **bits: int) -> None:

@@ -15,7 +15,7 @@ class RunControl(Requests):
 
     def halt(self) -> None:
         """Hold the core after the bundle that issues now; without a run, at the first bundle of
-        the next one. `wait` tells when it is halted."""
+        the next one. `wait` reports when it is halted."""
         self._control("halt")
 
     def resume(self) -> None:
@@ -25,7 +25,7 @@ class RunControl(Requests):
     def step(self, bundles: int = 1, timeout: float | None = None) -> State:
         """Issue so many bundles one by one; each is written back before the next one.
 
-        Returns the state behind: halted before the next bundle, or not running if the run has
+        Returns the state after: halted before the next bundle, or not running if the run has
         ended. Raises DebugError if the core is not halted.
         """
         state = self.state()
@@ -57,7 +57,7 @@ class RunControl(Requests):
 
     def set_mode(self, *, watchdog_runs: bool = False, stop_at_start: bool = False) -> None:
         """watchdog_runs: the watchdog counts while the core is halted, and ends the run with a
-        fault; else it stands. stop_at_start: every run waits before its first bundle."""
+        fault; else it is halted. stop_at_start: every run waits before its first bundle."""
         word = REGMAP.registers["MODE"].word(
             watchdog_runs=int(watchdog_runs), stop_at_start=int(stop_at_start)
         )
@@ -83,7 +83,7 @@ class RunControl(Requests):
         """Hold the core when a register ('a3', 'b0', 'c12') or output ('o2') is written, with
         `value` in the bits of `mask` (None: whatever is written); returns the watch's number.
 
-        A watch sees the write-back: some bundles behind the one that made the value have issued
+        A watch sees the write-back: some bundles after the one that made the value have issued
         by then. Raises DebugError if all are taken, ValueError for a place that is none.
         """
         letter, digits = place[:1].lower(), place[1:]

@@ -67,10 +67,10 @@ class Sizes:
 class State:
     """State of the core and its page.
 
-    held: no bundle issues but for a step. halted: held inside a run, with every result of the
+    held: no bundle issues except for a step. halted: held inside a run, with every result of the
     bundles issued written; `next` is then the bundle that issues next. reason: 'none',
     'request', 'step', 'start', 'breakpoint' or 'watch', `which` its number. last: the bundle
-    issued last. fault: the core is faulted (its own STATUS tells the cause). scope: 'idle',
+    issued last. fault: the core is faulted (its own STATUS states the cause). scope: 'idle',
     'waiting', 'triggered' or 'frozen'; black_box: by a fault.
     """
 

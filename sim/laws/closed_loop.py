@@ -56,7 +56,7 @@ class Loop:
 
 
 START = 0.25
-"""Share of a run in which errors of the start fade; it is not judged."""
+"""Share of a run in which errors of the start fade; it is not checked."""
 
 
 @dataclass(frozen=True)

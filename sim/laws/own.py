@@ -147,7 +147,7 @@ def length_errors(robot: Robot, place: Legs, lengths: Legs, counts: Legs) -> lis
 
     The rounded root alone has an error of 3e-8 m, a constant one where the tool rests, which the
     integrator sums up. So the first term is l_d - q n, exact except for one rounding of the small
-    difference, and apart from it stands a step of Newton's with the residual of the root (the
+    difference, and apart from it there is a step of Newton's with the residual of the root (the
     measured length serves for so small a step) and with the rest of the resolution q. Two readers
     keep the two apart.
     """

@@ -21,7 +21,7 @@ FLATTEST = 0.1  # least side of the box around points in space, by its largest
 def envelope(values: NDArray, most: int = POINTS) -> NDArray[np.int64]:
     """Indices (M <= most + 2) that keep the smallest and largest value of every interval.
 
-    values (N,), N > 0. The intervals are of equal length; first and last index are kept.
+    values (N,), N > 0. The intervals are of equal length; first and last index stay.
     """
     n = len(values)
     if n <= most:

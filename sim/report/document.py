@@ -127,14 +127,14 @@ class Page:
         self._parts.append(_table(table))
 
     def text(self, summary: str, text: str) -> None:
-        """A file's text, folded away behind its summary."""
+        """A file's text, folded away under its summary."""
         self._parts.append(
             f"<details><summary>{html.escape(summary)}</summary>"
             f"<pre>{html.escape(text)}</pre></details>"
         )
 
     def folded(self, summary: str, table: Table) -> None:
-        """A long table, folded away behind its summary."""
+        """A long table, folded away under its summary."""
         self._parts.append(
             f"<details><summary>{html.escape(summary)}</summary>{_table(table)}</details>"
         )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measured text of a page in docs: what stands between a pair of marks is written by a command.
+"""Measured text of a page in docs: what is between a pair of marks is written by a command.
 
 The marks of a name: `<!-- name: written by ... -->` and `<!-- end of name -->`, a line each.
 """

@@ -20,7 +20,7 @@ from sim.report.curves import FRAME_HEIGHT, envelope, framed
 DPI = 110
 PIXELS_PER_INCH, TITLE_HEIGHT = 75, 18  # of an interactive figure, of a line of a title [px]
 TITLE_WIDTH = 42  # characters of a line, for the width of a phone
-COLUMN_WIDTH = 320  # least width of panels beside each other [px]
+COLUMN_WIDTH = 320  # least width of panels next to each other [px]
 POINTS = 4_000  # of a curve at most
 DASHES = {"-": "solid", "--": "dash", ":": "dot", "-.": "dashdot"}
 INTERACTIVE = ".plotly.json"
@@ -38,7 +38,7 @@ def pyplot(salt: str) -> Any:
 
 
 def save(figure: Any, file: Path) -> None:
-    """Write a Matplotlib figure to `file` (SVG), beside it as PNG and interactive; closes it."""
+    """Write a Matplotlib figure to `file` (SVG), next to it as PNG and interactive; closes it."""
     import matplotlib.pyplot as plt
 
     figure.tight_layout()
@@ -51,7 +51,7 @@ def save(figure: Any, file: Path) -> None:
 
 
 def load(file: Path) -> go.Figure | None:
-    """The interactive figure that `save` wrote beside `file`, None if there is none."""
+    """The interactive figure that `save` wrote next to `file`, None if there is none."""
     found = file.with_suffix(INTERACTIVE)
     if not found.is_file():
         return None
@@ -59,7 +59,7 @@ def load(file: Path) -> go.Figure | None:
 
 
 def least_width(figure: go.Figure) -> int:
-    """Width below which a figure with panels beside each other is not narrowed, else 0 [px]."""
+    """Width below which a figure with panels next to each other is not narrowed, else 0 [px]."""
     columns = {axis.domain[0] for axis in figure.select_xaxes()}
     return COLUMN_WIDTH * len(columns) if len(columns) > 1 else 0
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parameters of motors, inverters, current sensing and friction, from `sim/robot.toml`.
 
-`Drives.load()` reads them beside `sim.robot.parameters.Robot`, from the same file. Axes are legs
+`Drives.load()` reads them next to `sim.robot.parameters.Robot`, from the same file. Axes are legs
 1-3, tilt, rotation; `motors` has one `Motor` for each.
 """
 

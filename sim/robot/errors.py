@@ -34,7 +34,7 @@ def ripple(outputs: NDArray[np.floating], period: float) -> NDArray[np.float64]:
     period [s].
 
     Without the line from the first to the last, by Fourier transform of the whole record. A record
-    too short to leave `SETTLING` out at both ends is judged as a whole.
+    too short to leave `SETTLING` out at both ends is checked as a whole.
     """
     values = np.asarray(outputs, np.float64)
     ticks = len(values)

@@ -37,7 +37,7 @@ _SELECTS = "the optimised program selects by a quarter tick"
 
 @dataclass(frozen=True)
 class Robot(Record):
-    """Parameters in SI units; the meaning of each stands in `sim/robot.toml`.
+    """Parameters in SI units; the meaning of each is in `sim/robot.toml`.
 
     The properties are derived: leg start points, gains and other vectors over the five axes (legs
     1-3, tilt, rotation). Raises ParameterError also from `dataclasses.replace`.
@@ -101,7 +101,7 @@ class Robot(Record):
                 raise ParameterError(f"{name} = {getattr(self, name)}: {limit}")
 
     def _relations(self) -> Iterator[tuple[str, bool, str]]:
-        """Limits that depend on several parameters: name of one, whether kept, the text."""
+        """Limits that depend on several parameters: name of one, whether met, the text."""
         yield "z_max", self.z_max > self.z_min, f"must be > z_min = {self.z_min} m"
         least = LEAST_HEIGHT * self.R
         yield (

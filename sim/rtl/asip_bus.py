@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where things stand on the bus of the ASIP, and the writes that load a program."""
+"""Where things are on the bus of the ASIP, and the writes that load a program."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def load_words(image: Image) -> Iterator[tuple[int, int]]:
 
 
 def run_words(image: Image) -> Iterator[tuple[int, int]]:
-    """Writes that tell which program the next run is."""
+    """Writes that state which program the next run is."""
     yield CSR["ENTRY"], image.entry
     yield CSR["WATCHDOG"], image.watchdog
     yield CSR["OUTPUT_MASK"], image.output_mask

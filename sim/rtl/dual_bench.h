@@ -48,7 +48,7 @@ struct DualBench : Bench<Self, Model> {
     Base::reset();
   }
 
-  // Of the measured words of a period, before its first clock, behind it and at the end of its work.
+  // Of the measured words of a period, before its first clock, after it and at the end of its work.
   void measure(Period*, bool) {}
 
   void settle() {
@@ -85,7 +85,7 @@ struct DualBench : Bench<Self, Model> {
     }
   }
 
-  // One bus access behind all that wait; false if it is not answered.
+  // One bus access after all that wait; false if it is not answered.
   bool access_in_turn(uint32_t address, uint32_t* data, bool is_write) {
     for (uint64_t n = 0; !queue.empty(); ++n) {
       if (n > kTimeout) return false;

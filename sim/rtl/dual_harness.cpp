@@ -11,7 +11,7 @@ struct System : DualBench<System, Vdual_asip> {
     begin();
   }
 
-  // While the work of a period is under way, the lines hold the complements, but for the first clock.
+  // While the work of a period is under way, the lines hold the complements, except for the first clock.
   void measure(Period* p, bool steady) {
     for (uint32_t i = 0; i < kMeasured; ++i)
       top->measured_i[i] = steady ? p->measured[i] : ~p->measured[i];

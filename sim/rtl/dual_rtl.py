@@ -39,7 +39,7 @@ PERIOD = np.dtype(
 
 
 class Core(AsipRtl):
-    """One core behind the system's host port: the bus of `AsipRtl`, without its own model."""
+    """One core at the system's host port: the bus of `AsipRtl`, without its own model."""
 
     def __init__(self, system: DualRtl, block: str, configuration: str) -> None:
         self._system = system
@@ -180,7 +180,7 @@ class DualRtl(Verilated):
     def run(self, measured: ArrayLike) -> NDArray[np.void]:
         """Run one period per row of measured words (n, 5), int32; returns records (n,) of `PERIOD`.
 
-        Time stands behind the last period's work, or at the start of the next period if that came
+        Time is after the last period's work, or at the start of the next period if that came
         first. Raises AsipError if no period begins.
         """
         rows = np.asarray(measured, dtype=np.int32).view(np.uint32)

@@ -13,7 +13,7 @@ from sim.rtl.build import ROOT, build_library
 from sim.rtl.sources import sources_of
 from sim.rtl.verilated import Verilated
 
-FOLDERS = (ROOT / "rtl",)  # where its sources stand; tests put changed copies first
+FOLDERS = (ROOT / "rtl",)  # where its sources are; tests put changed copies first
 PLANES = {"xy": 0, "zx": 1, "yz": 2}
 LONGEST = 1 << 24  # steps of a job
 

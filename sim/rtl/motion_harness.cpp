@@ -20,7 +20,7 @@ struct Motion : Bench<Motion, Vmotion_front_end> {
   uint32_t step = 0, direction = 0;
   std::vector<Edge> edges;
 
-  uint64_t started = 0;  // clock behind the reset
+  uint64_t started = 0;  // clock after the reset
 
   Motion() {
     top->read_i = top->write_i = 0;
@@ -56,7 +56,7 @@ int motion_read(void* handle, uint32_t address, uint32_t* data) {
   return static_cast<Motion*>(handle)->access(address, data, false, kBusTimeout);
 }
 
-// Lets time pass, until irq_o is high where asked for; returns the clocks that passed.
+// Lets time pass, until irq_o is high where requested; returns the clocks that passed.
 uint64_t motion_clock(void* handle, uint64_t clocks, int until_irq) {
   Motion* m = static_cast<Motion*>(handle);
   for (uint64_t i = 0; i < clocks; ++i) {

@@ -18,7 +18,7 @@ from sim.rtl.sources import sources_of
 from sim.rtl.verilated import Verilated
 
 TOP = "motion_front_end"
-FOLDERS = (ROOT / "rtl",)  # where its sources stand; tests put changed copies first
+FOLDERS = (ROOT / "rtl",)  # where its sources are; tests put changed copies first
 CLOCK_HZ = 100_000_000
 RECORDS = 8  # in the ring of an axis
 COUNTED = REGMAP.registers["HEAD"].fields["axis0"].mask + 1  # records count modulo this
@@ -72,7 +72,7 @@ class Edges:
     def steps(self, axes: int, apart: int) -> tuple[np.ndarray, np.ndarray]:
         """Clocks of the steps of a path, and (n, axes) arrays of -1, 0, 1.
 
-        Pulses less than `apart` clocks behind the first of a step belong to it: a change of
+        Pulses less than `apart` clocks after the first of a step belong to it: a change of
         direction delays an axis. Raises MotionError if one axis has two of them.
         """
         clocks: list[int] = []
@@ -94,7 +94,7 @@ class Edges:
         turns = self.clock[np.diff(direction.astype(np.int64), prepend=0) != 0]
         if len(rises) == 0 or len(falls) != len(rises):
             raise MotionError(f"axis {axis}: {len(rises)} pulses begin, {len(falls)} end")
-        behind = np.searchsorted(rises, turns)  # the pulse behind each turn
+        behind = np.searchsorted(rises, turns)  # the pulse after each turn
         inside, after = behind < len(rises), np.searchsorted(rises, turns, side="right") > 0
         ended = falls[np.searchsorted(rises, turns[after], side="right") - 1]
         return DriveTimes(
@@ -149,7 +149,7 @@ class MotionRtl(Verilated):
         self.write(register, REGMAP.registers[register].word(**fields))
 
     def read(self, register: str, offset: int = 0) -> int:
-        """Read a register by name, or the one `offset` behind it."""
+        """Read a register by name, or the one `offset` after it."""
         return self.load(REGMAP.address(register) + offset)
 
     def load(self, address: int) -> int:

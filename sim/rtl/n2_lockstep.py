@@ -54,7 +54,7 @@ class LockstepResult:
 
 
 def find_qemu() -> str | None:
-    """qemu-system-nios2 on PATH or beside this Python; None if there is none."""
+    """qemu-system-nios2 on PATH or next to this Python; None if there is none."""
     beside = str(Path(sys.executable).parent)
     return shutil.which("qemu-system-nios2") or shutil.which("qemu-system-nios2", path=beside)
 
@@ -91,7 +91,7 @@ def qemu_states(
                 code = process.wait()
             finally:
                 process.kill()
-        # The exit code is the program's own status: only the message tells a failure of QEMU.
+        # The exit code is the program's own status: only the message shows a failure of QEMU.
         if code < 0 or "unhandled" in error:
             raise LockstepError(f"error: QEMU ended with {code}: {error or 'no message'}")
 

@@ -2,7 +2,7 @@
 """Cycle table of the Nios II core, measured on the RTL and written into docs/nios_core.md.
 
 A row's cost is the time from the instruction before to the instruction after it, minus one cycle;
-its late cycles are what a consumer right behind it costs more. Vendor values: Nios II Processor
+its late cycles are what a consumer right after it costs more. Vendor values: Nios II Processor
 Reference Guide, instruction performance of Nios II/f.
 """
 
@@ -72,7 +72,7 @@ def to_label(program: LabelledWords, name: str) -> None:
 
 @of_row
 def to_register(program: LabelledWords, name: str, register: int, *values: int) -> None:
-    """A jump through a register that holds the address of the label behind it."""
+    """A jump through a register that holds the address of the label after it."""
     program.la(register, "behind")
     nops(program, 4)
     program.label("X")

@@ -82,7 +82,7 @@ class N2Rtl(Verilated):
         """
         add = default_isa().instructions["add"]
         words = [add.encode(register, 0, 0) for register in range(1, 32)]
-        words += [add.encode(0, 0, 0)] * DEPTH  # behind it memory may hold a `call`, which is 0
+        words += [add.encode(0, 0, 0)] * DEPTH  # after it memory may hold a `call`, which is 0
         self.waits(0)
         self.load(ITCM, np.array(words, "<u4").tobytes())
         self.reset()

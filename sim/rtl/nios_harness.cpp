@@ -316,7 +316,7 @@ uint64_t nios_traced(void* handle, Step* steps) {
 
 // Runs `ticks` control ticks: `inputs` words to input_base, a tick, wait for its end, `outputs` words from
 // output_base, then the words at `extra` addresses. cycles gets TICK_CYCLES of each tick. Returns the ticks
-// done; fewer than asked for when one takes more than `limit` cycles or the program ends.
+// done; fewer than requested when one takes more than `limit` cycles or the program ends.
 uint32_t nios_ticks(void* handle, uint32_t ticks, uint32_t input_base, uint32_t inputs,
                     const uint32_t* input_words, uint32_t output_base, uint32_t outputs,
                     uint32_t* output_words, const uint32_t* extra, uint32_t extras,

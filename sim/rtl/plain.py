@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Paths that make can read: a link stands for a folder with a space or so in its name.
+"""Paths that make can read: a link represents a folder with a space or so in its name.
 
 Verilator writes makefiles, and make cannot quote. So whatever goes into one is named through a
 link in the folder for temporary files to the folder of the project, and make works in a folder
-beside that link. A project in a folder with a plain name uses its own paths.
+next to that link. A project in a folder with a plain name uses its own paths.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def plain(path: Path) -> Path:
 
 
 def workshop(folder: Path) -> Path:
-    """The folder below BUILD itself, or one beside a link, in which make can work.
+    """The folder below BUILD itself, or one next to a link, in which make can work.
 
     Raises OSError if the folder next to the link belongs to another user, or is open to others.
     """

@@ -88,7 +88,7 @@ def run_group(
 ) -> subprocess.CompletedProcess[str]:
     """Run a program and take what it prints. Raises subprocess.TimeoutExpired.
 
-    If it is not over after `timeout` s, or this process is told to stop meanwhile, it ends with
+    If it is not over after `timeout` s, or this process is to stop meanwhile, it ends with
     every process that it has started. input: text that it reads. options: further ones of Popen.
     """
     streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}

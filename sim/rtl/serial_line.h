@@ -43,7 +43,7 @@ struct Line {
     ++in_bit;
   }
 
-  // Bytes behind those that wait.
+  // Bytes after those that wait.
   void send(const char* bytes, uint32_t n) {
     out.erase(0, sent);
     sent = 0;

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which RTL files a module needs, for simulation, lint, proof and synthesis alike."""
+"""Which RTL files a module needs, for simulation, lint, proof and synthesis."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Single-event upsets in the Verilated ASIP: ticks as the driver runs them (sim/core/host/asip.c), one bit of a
-// register or memory inverted behind a clock edge, what came of it. Called by tests/upsets.
+// register or memory inverted after a clock edge, what came of it. Called by tests/upsets.
 //
-// The reference is the same model without an upset. Its whole state is kept at the start of every tick, so an
-// injection costs the tick it is in and the ticks behind, until nothing differs any more.
+// The reference is the same model without an upset. Its whole state is saved at the start of every tick, so an
+// injection costs the tick it is in and the ticks after, until nothing differs any more.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -35,7 +35,7 @@ struct Word {
 // Layout is that of the fields of tests/upsets/model.py.
 struct Host {
   uint32_t status, control, start, clear, busy, done, fault, cause, cause_low, recovered;
-  uint32_t check_again;  // STATUS is read behind the outputs, too, and again where it tells of no run
+  uint32_t check_again;  // STATUS is read after the outputs, too, and again where it reports no run
   uint32_t idle;         // clocks between ticks
   uint32_t most;         // clocks to wait for an answer or the end of a run
 };
@@ -50,7 +50,7 @@ struct Outcome {  // also tests/upsets/model.py
   uint32_t effect;
   uint32_t cause;     // of the fault, 0 without one
   uint32_t ticks;     // from the upset on until the host knew or nothing differed
-  uint32_t unsafe;    // outputs behind a fault that were not the safe values
+  uint32_t unsafe;    // outputs after a fault that were not the safe values
   double worst;       // largest error of an output, as a part of its limit
 };
 
@@ -152,7 +152,7 @@ struct Injector : Bench<Injector, Vasip> {
     return true;
   }
 
-  // STATUS when it tells of no run going on, as asip_wait reads it.
+  // STATUS when it reports no run going on, as asip_wait reads it.
   bool wait(uint32_t& status) {
     const uint64_t limit = clocks + host.most;
     do {
@@ -305,7 +305,7 @@ uint32_t upset_reference(void* handle, const Host* host, const Word* load, uint3
   return failed;
 }
 
-// A word of the core behind the last tick of the reference.
+// A word of the core after the last tick of the reference.
 uint32_t upset_read(void* handle, uint32_t address) {
   uint32_t word = 0;
   static_cast<Injector*>(handle)->read(address, &word);

@@ -14,7 +14,7 @@ from numpy.typing import DTypeLike, NDArray
 from sim.rtl.waves import load_model
 
 Signatures = Mapping[str, tuple[Any, ...]]
-"""By name of a C function: the type of its result, None without, and those of its arguments behind
+"""By name of a C function: the type of its result, None without, and those of its arguments after
 the model."""
 
 
@@ -58,7 +58,7 @@ class Verilated:
         return word.value if self._call(name, *arguments, ctypes.byref(word)) else None
 
     def _events(self, name: str, dtype: DTypeLike, *words: int) -> NDArray[Any]:
-        """All events that a function copies, (n, *words); without a place it tells their number."""
+        """All events that a function copies, (n, *words); without a place it gives their number."""
         count = self._call(name, None, 0)
         events = np.zeros((count, *words), dtype)
         self._call(name, events.ctypes.data, count)

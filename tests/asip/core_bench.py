@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bench of the core: programs of single bundles, runs on the RTL clock by clock and on the model.
 
-A `CoreRun` holds what a run leaves behind: status, counters, the cycle in which each bundle issued
+A `CoreRun` holds what a run leaves: status, counters, the cycle in which each bundle issued
 (counted from the first), and the words written per register or output in order ('a3', 'o0').
 """
 
@@ -103,7 +103,7 @@ def op(
 
 
 def is_fma(mnemonic: str) -> bool:
-    """Whether the operation stands in a multiply-add pipe."""
+    """Whether the operation is in a multiply-add pipe."""
     return ISA.unit_of(mnemonic).bank == "pipe"
 
 
@@ -199,7 +199,7 @@ def decoded(program: Image) -> list[Bundle]:
 
 @dataclass(frozen=True)
 class CoreRun:
-    """What one run on the RTL left behind; see the module's text."""
+    """What one run on the RTL left over; see the module's text."""
 
     status: int
     fault: str
@@ -221,7 +221,7 @@ class CoreRun:
 
 
 def load(program: Image, csr: Mapping[str, int] = {}) -> AsipRtl:
-    """Load an image into its core; the bundle behind the program is empty memory.
+    """Load an image into its core; the bundle after the program is empty memory.
 
     `csr`: registers with values that no image has.
     """

@@ -3,7 +3,7 @@
 #include "asip.h"
 #include "leg_length.asip.h"
 
-/* Result of asip_tick; `done` gets what asip_status says behind it. */
+/* Result of asip_tick; `done` gets what asip_status says after it. */
 int tick_by_driver(asip_bus bus, const uint32_t *inputs, uint32_t *outputs, int *done) {
   asip core = {bus, NULL};
   asip_result result = asip_load(&core, &leg_length_image);

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Directed cases of every operation, worked out by hand: the instruction-set model must give them,
-and but for sine and cosine the arithmetic units and their reference.
+and except for sine and cosine the arithmetic units and their reference.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ from tests.bench.copies import share_models
 
 PAGE = ROOT / "docs/add_operation.md"
 COPIED = ("rtl", "asip_asm", "sim", "scripts", "nios_sw/include", "tests/asip")
-# Behind these lines the page puts its own.
+# After these lines the page puts its own.
 LAST_CASE = "      fp_pkg::FP_CMP_NEG:   other_e1[31] = !a_i[31];\n"
 LAST_COMPARE = "    COMPARE(ISUB, Integer, (Value{a - b, 0})),\n"
 LAST_DIRECTED = '    ("fsin", (QUIET,), NAN, 0),\n'

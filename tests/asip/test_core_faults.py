@@ -88,7 +88,7 @@ def fields(mnemonic: str, **values: int) -> int:
 
 
 def check_illegal(configuration: str, illegal: str) -> None:
-    """The bundle at address 2 is illegal: what stands before it is executed, nothing else."""
+    """The bundle at address 2 is illegal: what is before it is executed, nothing else."""
     before = [op("mov", "o0", "k0"), op("mov", "c1", "k0")]
     behind = (op("mov", "c2", "k0"), HALT)
     program = bench.image(

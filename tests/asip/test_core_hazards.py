@@ -3,7 +3,7 @@
 
 Words must be those of the instruction-set model and every bundle must issue in the cycle that the
 machine description gives. `distance` counts bundles from the producer to the operation under test;
-what stands between them depends on nothing.
+what is between them depends on nothing.
 """
 
 from __future__ import annotations
@@ -220,7 +220,7 @@ def test_write_port__queue_of_collisions__every_result_arrives(configuration):
         op("mov", "c23", "k1"),
     ]
     for i, operation in enumerate(short[: 4 if interval == 1 else len(body)]):
-        # the one before waited, so that this one would issue a cycle later than it stands
+        # the one before waited, so that this one would issue a cycle later than it is placed
         ahead = latency(configuration, body[0]) - latency(configuration, operation)
         bundles += [EMPTY] * (ahead + i * (interval - 1) - len(bundles))
         bundles.append(operation)

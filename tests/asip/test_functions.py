@@ -28,7 +28,7 @@ FAST = """\
         fsat    F, total, -100.0, limit
         halt
 """
-# Counts down n, so that its branch tells whether it was moved.
+# Counts down n, so that its branch shows whether it was moved.
 SLOW = """\
 .program "product"
 .param   gain = 3.0

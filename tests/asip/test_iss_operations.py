@@ -16,7 +16,7 @@ from tests.asip.operation_cases import CASES, NX
 
 
 def execute(mnemonic: str, operands: tuple[int, ...]) -> tuple[int, int]:
-    """Result bits and flags of one operation whose operands stand in k0, k1, k2."""
+    """Result bits and flags of one operation whose operands are in k0, k1, k2."""
     names = [f"k{i}" for i in range(len(operands))]
     if mnemonic in SECOND_IS_C:
         names.insert(1, "zero")

@@ -124,7 +124,7 @@ def test_slew__move_from_the_last_commit__counts_behind_the_first_run():
 
 def test_slew__staged_anew__counts_from_the_word_before():
     tb = Tb()
-    assert tb.tick(10.0) == "NONE"  # not judged, but known
+    assert tb.tick(10.0) == "NONE"  # not checked, but known
     tb.record(0, -INF, INF, 1.0)
     assert tb.tick(11.0) == "NONE"
     tb.record(0, -INF, INF, 0.25)

@@ -30,7 +30,7 @@ PROGRAMS = ("tracking_optimised", "tracking_as_printed")
 SEED = 20261121
 
 # Assembled in the order written: operands are waited for, the second sine waits for the unit, moves
-# behind the load meet its result at bank C's port, and the loop is fetched again.
+# after the load meet its result at bank C's port, and the loop is fetched again.
 CAUSES = """\
 .program "causes"
 .input x

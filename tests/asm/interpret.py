@@ -20,7 +20,7 @@ Groups = list[list[Operation]]
 
 @dataclass
 class Result:
-    """What a run leaves behind: outputs, states, exports, the program's own data words."""
+    """What a run leaves: outputs, states, exports, the program's own data words."""
 
     outputs: dict[int, int] = field(default_factory=dict)
     states: dict[str, int] = field(default_factory=dict)
@@ -53,7 +53,7 @@ def run_bundles(program: Program, words: int, watch: Watch | None = None) -> Res
     """Run the bundles on physical registers; `words` data words belong to the program itself.
 
     `watch` is called before each bundle with its address, the registers and the data words, and
-    once behind the last one.
+    once after the last one.
     """
     regions = [[bundle.operations for bundle in region.bundles] for region in program.regions]
     states = {state.name: (state.register, state.register) for state in program.states}
@@ -137,7 +137,7 @@ def run(
 
 
 def _execute(op: Operation, registers: dict, memory: list, words: int, writes: list) -> bool:
-    """Execute an operation but for its write; whether it is a branch that is taken."""
+    """Execute an operation except for its write; whether it is a branch that is taken."""
     a, b, c = (read(registers, source) for source in (op.a, op.b, op.c))
     indexed = not (isinstance(op.b, Register) and op.b.bank == "zero")
     address = (b + op.imm) % words if indexed and op.imm is not None else op.imm

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""scripts/lint_registers.py finds literal bit positions, and none stands in the tree."""
+"""scripts/lint_registers.py finds literal bit positions, and none is in the tree."""
 
 from pathlib import Path
 

@@ -250,7 +250,7 @@ def test_effort__bounds_the_schedules_tried(monkeypatch):
 
 
 def tried_by(program):
-    """Schedules tried, as the progress last told."""
+    """Schedules tried, as the progress last stated."""
     seen = [0]
     schedule_program(program, FAST, progress=lambda p: seen.append(p.tried))
     return seen[-1]

@@ -12,7 +12,7 @@ from sim.rtl.processes import run_group
 def output(*words: object, **options: Any) -> str:
     """Standard output of a command; `options` are those of `run_group`.
 
-    Raises AssertionError with all that the command said if it fails.
+    Raises AssertionError with all that the command printed if it fails.
     """
     command = [str(word) for word in words]
     done = run_group(command, **options)

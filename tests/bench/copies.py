@@ -24,7 +24,7 @@ def share_models(build: Path, *patterns: str) -> None:
 
 
 def edited_folder(folder: Path, copy: Path, file: str, pattern: str, new: str) -> Path:
-    """A copy of a folder, made anew; in one of its files the match of a regular expression, of
+    """A copy of a folder, made again; in one of its files the match of a regular expression, of
     which there must be one, is `new`."""
     shutil.rmtree(copy, ignore_errors=True)
     shutil.copytree(folder, copy)

@@ -7,9 +7,9 @@ A table is a TOML file. Each [[fault]] gives
     file     source below rtl/
     breaks   what is wrong then, in words
     found    who must find it: tests, operations or proofs, as the table's own test names them
-    right    text that stands in the file, or in `place`, exactly once
+    right    text that is in the file, or in `place`, exactly once
     wrong    text in its place
-    place    (optional) text that stands in the file exactly once and holds `right`
+    place    (optional) text that is in the file exactly once and holds `right`
     alone    (optional) true: the fault must not share a simulation
 
 Faults with the same `right` are alternatives; other overlaps are refused. `plant` puts faults into
@@ -69,7 +69,7 @@ class Fault:
         return TableError(f"{self.where}: error: fault {self.number}: {text}")
 
     def start(self, text: str) -> int:
-        """Where `right` begins in the text of the file. Raises TableError unless it stands once."""
+        """Where `right` begins in the text of the file. Raises TableError unless once."""
         place = self.place or self.right
         for what, part, whole, inside in (
             ("`place`" if self.place else "`right`", place, text, self.name),
@@ -149,7 +149,7 @@ def REPLACED(choices: Sequence[Fault], right: str) -> str:
 
 
 def BY_MACRO(choices: Sequence[Fault], right: str) -> str:
-    """Alternatives behind macros; without one of them nothing changes."""
+    """Alternatives under macros; without one of them nothing changes."""
     branches = "".join(
         f"`{'elsif' if n else 'ifdef'} {fault.macro}\n{fault.wrong}\n"
         for n, fault in enumerate(choices)

@@ -17,7 +17,7 @@ OPTIONS = "--binary --timing --assert -O3 -Wno-fatal --x-initial unique --x-assi
 
 
 class Program:
-    """Bench `top` as a program in `folder`, or with WAVES=1 in a folder beside it.
+    """Bench `top` as a program in `folder`, or with WAVES=1 in a folder next to it.
 
     `options` are further ones of Verilator, `optimisation` is the compiler's. Raises RuntimeError
     with the end of the log.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scripts for Quartus and Platform Designer under tclsh, with stand-ins for the tool's commands."""
+"""Scripts for Quartus and Platform Designer under tclsh, with the tool's commands substituted."""
 
 from __future__ import annotations
 

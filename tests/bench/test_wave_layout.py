@@ -84,7 +84,7 @@ def test_mapping_of_surfer_has_its_name_width_and_a_line_per_value():
     assert mapping_text("x source", 16, lines).splitlines() == [
         "Name = x source",
         "Bits = 16",
-        "0x0 law.s:3 fmul t, x, y | law.s:5 mov p, q",  # Surfer takes the rest behind a # away
+        "0x0 law.s:3 fmul t, x, y | law.s:5 mov p, q",  # Surfer takes the rest after a # away
         "0x1a law.s:4 halt",
     ]
 

@@ -3,7 +3,7 @@
 
 The bus model runs inside the simulator. Inputs change at the falling edge; handshakes are sampled
 just before the rising edge. cocotbext-axi does not take its place: its manager sends no strobes
-with gaps, and holds a payload behind the handshake, where this one sends noise.
+with gaps, and holds a payload after the handshake, where this one sends noise.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ PAYLOAD = {
 
 
 class Bus:
-    """AXI4-Lite manager and monitor of one `axil_bridge` with an agent behind it.
+    """AXI4-Lite manager and monitor of one `axil_bridge` with an agent at its other side.
 
     `pause` is the probability that a channel waits another cycle before VALID or READY. The monitor
     checks on every cycle that VALID of the subordinate stays, with its payload, until READY; that
@@ -112,7 +112,7 @@ class Bus:
 
     async def _receive(self, channel: str, *ports: str) -> tuple[int, ...]:
         ready = getattr(self.dut, f"{channel}ready_i")
-        if self.random.random() < 0.5:  # READY before VALID, or only behind it
+        if self.random.random() < 0.5:  # READY before VALID, or only after it
             for _ in range(LIMIT):
                 if self.bit(f"{channel}valid_o"):
                     break

@@ -4,7 +4,7 @@
     RUNS = {"fp_mul": Run("fp_mul", unit_tb, only="fp_mul")}
     test_scenario = one_test_each(RUNS)
 
-A run is built and simulated when the first of its tests is asked for.
+A run is built and simulated when the first of its tests is requested.
 """
 
 from __future__ import annotations

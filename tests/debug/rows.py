@@ -12,7 +12,7 @@ from tests.debug.test_scope import FAST_LINE, uart_stream
 SEED = 1
 FULL = "RUN=full makes them all"
 DEPTH = 10_000
-"""Sequences and changes that are asked for; a quick form says that it made fewer."""
+"""Sequences and changes that are requested; a quick form says that it made fewer."""
 
 
 def same_runs(full: bool) -> Iterator[Goal]:

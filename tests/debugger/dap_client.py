@@ -100,7 +100,7 @@ class DapClient:
             self.refused.append(error.message)
 
     def request(self, command: str, **arguments: Any) -> dict[str, Any]:
-        """The response to a request; events on the way are kept."""
+        """The response to a request; events on the way are stored."""
         self.sequence += 1
         message = {"seq": self.sequence, "type": "request", "command": command}
         if arguments:
@@ -126,7 +126,7 @@ class DapClient:
         return answer.get("body", {})
 
     def go(self, command: str, **arguments: Any) -> dict[str, Any]:
-        """Ask for what lets the core go; body of the event that tells where it stopped."""
+        """Ask for what lets the core go; body of the event that states where it stopped."""
         self.ask(command, **arguments)
         return self.event("stopped")
 

@@ -67,7 +67,7 @@ class Terminal:
             assert data, f"ended before '{text}': {got!r}"
             got += data.decode(errors="replace")
             if "\x1b[6n" in data.decode(errors="replace"):
-                self.type("\x1b[1;1R")  # where the cursor is, as a terminal tells when asked
+                self.type("\x1b[1;1R")  # where the cursor is, as a terminal answers when asked
         return got
 
     def type(self, text: str) -> None:

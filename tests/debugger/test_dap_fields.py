@@ -44,7 +44,7 @@ def fields(definition: str) -> dict[str, object]:
 
 @pytest.fixture(scope="module")
 def client() -> Iterator[DapClient]:
-    """A client of a program that stands before its first bundle."""
+    """A client of a program that is before its first bundle."""
     with dap_session() as client:
         client.launch(LEG, iss=True, set=INPUTS, stopOnEntry=True)
         client.go("configurationDone")

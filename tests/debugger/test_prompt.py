@@ -12,7 +12,7 @@ def test_keys_of_the_prompt(tmp_path):
         terminal.wait_for(PROMPT)
         terminal.type("brea\t (2\t")
         terminal.wait_for("(28)")
-        terminal.type("8)\r")  # read alike while the list of completions is being printed
+        terminal.type("8)\r")  # read in the same way while the list of completions is being printed
         terminal.wait_for("breakpoint 1: equation (28)")
         terminal.type("ru\t\r")
         terminal.wait_for("=> bundle 4")

@@ -1,10 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Counts long sentences and house words on the pages: `python -m tests.docs.plain_english`."""
+"""Counts long sentences and house words on the pages, and house words in comments of the code.
+
+python -m tests.docs.plain_english         all findings
+python -m tests.docs.plain_english PAGE    those of a page or a file of code
+"""
 
 from __future__ import annotations
 
+import ast
+import io
 import re
 import sys
+import tokenize
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +20,7 @@ from markdown_it import MarkdownIt
 from markdown_it.token import Token
 
 from asip_asm.project import ROOT
+from tests.bench.commands import output
 
 LONGEST = 35  # words in a sentence
 SENTENCE_END = re.compile(r"(?<=[.!?])\)?\s+(?=[^a-z\s])")
@@ -32,6 +40,12 @@ CURES = {
     r"asked for": "requested",
 }
 HOUSE_WORD = re.compile(rf"\b(?:{'|'.join(f'({word})' for word in CURES)})\b", re.I)
+C_COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.S)
+HASH_COMMENT = re.compile(r"(?:^|(?<=\s))#[^\n]*", re.M)
+COMMENTS = {
+    C_COMMENT: (".sv", ".svh", ".v", ".c", ".h", ".cpp"),
+    HASH_COMMENT: (".sh", ".toml", ".yml", ".s", ".inc", "Makefile"),
+}
 MARKDOWN = MarkdownIt("commonmark").enable("table")
 
 
@@ -121,13 +135,50 @@ def texts(root: Path, *files: Path) -> dict[str, str]:
     return {str(f.relative_to(root)): f.read_text(encoding="utf-8") for f in files}
 
 
+def python_comments(source: str) -> Iterator[tuple[int, str]]:
+    """Line and text of each comment and docstring."""
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        if token.type == tokenize.COMMENT:
+            yield token.start[0], token.string
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+            if isinstance(node.value.value, str):
+                yield node.lineno, node.value.value
+
+
+def comments(file: str, source: str) -> Iterator[tuple[int, str]]:
+    """Line and text of each comment of a file of code, nothing of other files."""
+    if file.endswith(".py"):
+        yield from python_comments(source)
+    for pattern, endings in COMMENTS.items():
+        for found in pattern.finditer(source) if file.endswith(endings) else ():
+            yield source.count("\n", 0, found.start()) + 1, found[0]
+
+
+def house_words_of_code(root: Path = ROOT) -> Iterator[Finding]:
+    """House words in the comments of all code but this file, whose subject they are."""
+    for file in output("git", "ls-files", cwd=root).splitlines():
+        source = root / file
+        if file.startswith("docs/") or not source.is_file() or source == Path(__file__):
+            continue
+        if not file.endswith((".py", *(end for ends in COMMENTS.values() for end in ends))):
+            continue
+        whole = source.read_text(encoding="utf-8")
+        for line, text in comments(file, whole) if HOUSE_WORD.search(whole) else ():
+            for found in HOUSE_WORD.finditer(text):
+                cure = list(CURES.values())[found.lastindex - 1]
+                place = line + text.count("\n", 0, found.start())
+                yield Finding(file, place, f"`{found[0]}`, write {cure}")
+
+
 def main() -> int:
-    """Print every finding of the pages named, or of all, and the two counts."""
+    """Print every finding of the files named, or of all, and the two counts."""
     chosen = {
         p: t for p, t in (pages() | changes()).items() if not sys.argv[1:] or p in sys.argv[1:]
     }
     long = [f for page, text in chosen.items() for f in long_sentences(page, text)]
     house = [f for page, text in chosen.items() for f in house_words(page, text)]
+    house += [f for f in house_words_of_code() if not sys.argv[1:] or f.page in sys.argv[1:]]
     print("\n".join(str(f) for f in sorted([*long, *house], key=lambda f: (f.page, f.line))))
     print(f"{len(long)} sentences of more than {LONGEST} words, {len(house)} house words")
     return 0

@@ -200,7 +200,7 @@ def with_options(commands: list[Command]) -> list[Command]:
 @pytest.mark.filterwarnings("ignore:.*found in sys.modules")
 @pytest.mark.parametrize("command", with_options(EVERY), ids=str)
 def test_python__module_or_script_exists_and_takes_its_options(command, monkeypatch, capsys):
-    """`--help` behind the words: their values are read before it, and it names every option."""
+    """`--help` after the words: their values are read before it, and it names every option."""
     module, words = python_of(command)
     monkeypatch.setattr(sys, "argv", [module, *words, "--help"])
     monkeypatch.chdir(ROOT)

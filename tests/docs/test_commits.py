@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every commit that a document or a kept result names is one of this history."""
+"""Every commit that a document or a saved result names is one of this history."""
 
 from __future__ import annotations
 

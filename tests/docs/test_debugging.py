@@ -32,7 +32,7 @@ def end_time(path: Path) -> int:
 
 
 def layout(path: Path, ending: str) -> str:
-    """Text of a layout beside an FST."""
+    """Text of a layout next to an FST."""
     return path.with_suffix(ending).read_text()
 
 

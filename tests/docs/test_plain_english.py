@@ -4,9 +4,17 @@ cure."""
 
 import pytest
 
-from tests.docs.plain_english import Finding, changes, house_words, long_sentences, pages
+from tests.docs.plain_english import (
+    Finding,
+    changes,
+    comments,
+    house_words,
+    house_words_of_code,
+    long_sentences,
+    pages,
+)
 
-MOST_LONG, MOST_HOUSE = 20, 60  # in all pages together
+MOST_LONG, MOST_HOUSE = 20, 60  # in all pages, and in pages and comments of code
 MOST_WRITTEN = 35  # pages that are not generated
 PAGES = pages()
 TEXTS = PAGES | changes()
@@ -21,8 +29,9 @@ def test_pages__sentences_are_short() -> None:
     assert len(found) <= MOST_LONG, listed(found)
 
 
-def test_pages__few_house_words() -> None:
+def test_pages_and_code__few_house_words() -> None:
     found = [f for page, text in TEXTS.items() for f in house_words(page, text)]
+    found += house_words_of_code()
     assert len(found) <= MOST_HOUSE, listed(found)
 
 
@@ -74,3 +83,16 @@ def test_house_word__is_found_in_text_and_tables(word: str) -> None:
 
 def test_house_word__is_not_seen_in_code() -> None:
     assert not list(house_words("page.md", "A file `beside.py`.\n\n```\nbehind\n```"))
+
+
+@pytest.mark.parametrize(
+    ("file", "source", "found"),
+    [
+        ("a.py", '"""Said."""\nx = "kept"  # told\n', [(1, "Said."), (2, "# told")]),
+        ("a.sv", "wire a;  // told\n/* kept */\n", [(1, "// told"), (2, "/* kept */")]),
+        ("a.toml", 'a = "kept"\nb = 1  # told\n', [(2, "# told")]),
+        ("a.json", '{"a": "told"}', []),
+    ],
+)
+def test_comments__of_each_language(file: str, source: str, found: list) -> None:
+    assert sorted(comments(file, source)) == found

@@ -112,7 +112,7 @@ def test_tuned_k2__is_the_lag(drive):
 def test_published_chain__every_bound_kept_but_one_by_the_stated_margin():
     results = following_results(responses())
     differ = [result.name for result in results if not result.agrees]
-    # at 5 m/s2 of our choice; 0.1 mm would be kept up to 0.1 mm kp / lag
+    # at 5 m/s2 of our choice; 0.1 mm would be held up to 0.1 mm kp / lag
     assert differ == ["2nd-order loop: velocity"]
     limits = {
         result.name.partition(":")[0]: result.ours

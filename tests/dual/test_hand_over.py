@@ -2,7 +2,7 @@
 """Sequencer, double buffer and statistics, watched through programs whose words are known.
 
 Word i of the trajectory core's run n is 32 n + i (count_runs.s); the tracking core puts out what it
-was given (echo.s). So every command tells from which run its words are.
+was given (echo.s). So every command shows from which run its words are.
 """
 
 from __future__ import annotations
@@ -344,7 +344,7 @@ def test_stop__in_the_middle_of_a_period__its_clocks_are_counted_to_the_end():
         assert [bench.system.read(name) for name in names] == before, clocks
         bench.start()
         used = int(bench.run(2)["used"][1])
-    bench.set_input("spin", LONG)  # begins in the period that is stopped, and ends behind it
+    bench.set_input("spin", LONG)  # begins in the period that is stopped, and ends after it
     bench.system.clock(PERIOD)
     bench.system.write("CONTROL", 0)
     bench.system.clock(3 * PERIOD)

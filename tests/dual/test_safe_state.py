@@ -2,7 +2,7 @@
 """What the system does with its real programs if a core faults, is late, or gets a NaN.
 
 Defined: no word that is not finite is handed over or put out. The last set-point is held with its
-rates 0, or the safe outputs of the tracking program stand; nothing is started until clear.
+rates 0, or the safe outputs of the tracking program are out; nothing is started until clear.
 """
 
 from __future__ import annotations

@@ -8,6 +8,6 @@ from sim.bus.line import Line
 
 @pytest.fixture
 def line():
-    """One slave behind a master's port."""
+    """One slave at a master's port."""
     with Line() as made:
         yield made

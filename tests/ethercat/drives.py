@@ -46,7 +46,7 @@ class Drives(Host):
 
     def follow(self, cycles: int, every: int = 10, **values: int) -> np.ndarray:
         """`set_point` in each of so many control cycles, with a frame in the first one and in
-        every `every`-th behind it."""
+        every `every`-th after it."""
         self.set(**values)
         rows = []
         for n in range(cycles):

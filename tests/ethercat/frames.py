@@ -3,7 +3,7 @@
 
 The model knows nothing of the RTL: registers that are plain memory, the process data memory,
 FMMUs bit by bit, areas of three buffers. A frame's reads see what earlier frames wrote; its own
-writes come into force behind it. An area is open for a side from its access to the first byte to
+writes come into force after it. An area is open for a side from its access to the first byte to
 that of the last one, which hands it over; what is accessed outside is refused.
 """
 
@@ -147,7 +147,7 @@ class Area:
             self.reader, self.newest, self.fresh = self.newest, self.reader, False
 
     def at(self, writes: bool) -> int:
-        """How far behind its addresses the buffer of that side lies."""
+        """How far after its addresses the buffer of that side lies."""
         return self.length * (self.writer if writes else self.reader)
 
 
@@ -236,7 +236,7 @@ class Slave:
         return bytes(out)
 
     def _pass(self, touch: Touch, reads: bool, writes: bool) -> tuple[bool, bool, int]:
-        """Whether a passing frame may read and write there, and how far behind its buffer lies."""
+        """Whether a passing frame may read and write there, and how far after its buffer lies."""
         area = self.area(touch.first)
         if area is None:
             return reads, writes, 0
@@ -312,7 +312,7 @@ class Slave:
 
 
 def register_memory() -> Slave:
-    """A slave's memory behind reset, as the register map states it."""
+    """A slave's memory after reset, as the register map states it."""
     slave = Slave()
     for register in esc_regmap.REGISTERS:
         for place in range(register.count):

@@ -219,7 +219,7 @@ class Host:
         return kind & 0xF, data[6 : 6 + size]
 
     def coe(self, service: int, data: bytes) -> bytes:
-        """A request and its answer behind the CoE header; emergencies are put aside."""
+        """A request and its answer after the CoE header; emergencies are put aside."""
         assert self.send(struct.pack("<H", service << 12) + data)
         self.background()
         while True:

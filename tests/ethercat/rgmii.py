@@ -21,9 +21,9 @@ PERIOD_PS = 40_000
 
 @dataclass(frozen=True)
 class Phy:
-    """How a PHY sends: clock RXC and its delay behind the data, ps; status nibble of the link.
+    """How a PHY sends: clock RXC and its delay after the data, ps; status nibble of the link.
 
-    repeat: the nibble stands at the falling edge too; without, its complement does.
+    repeat: the nibble is there at the falling edge too; without, its complement does.
     """
 
     phase: int = 0
@@ -74,11 +74,11 @@ class Rgmii(line.Line):
         self._call("status", port, phy.status)
 
     def status(self, port: int, nibble: int) -> None:
-        """What stands on RXD between frames."""
+        """What is on RXD between frames."""
         self._call("status", port, nibble)
 
     def stop(self, port: int = 0, stopped: bool = True) -> None:
-        """RXC stands still."""
+        """RXC stops."""
         self._call("stopped", port, int(stopped))
 
     def link(self, port: int = 0) -> bool:

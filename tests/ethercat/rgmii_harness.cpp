@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One slave controller behind two RGMII PHYs, with the C interface of slave_harness.cpp as far as it goes.
+// One slave controller with two RGMII PHYs, with the C interface of slave_harness.cpp as far as it goes.
 //
 // The PHYs are written from RGMII 2.0 (signals, timing with internal delay, in-band status) and know nothing of the RTL.
 // Data are arbitrary within 0.5 ns of a change, the clock within 0.1 ns of an edge. Times are in ps.
@@ -14,10 +14,10 @@ namespace {
 
 constexpr int64_t SKEW_PS = 500, JITTER_PS = 100;
 
-// How a PHY sends. period, high: of RXC; delay: of RXC behind the data.
+// How a PHY sends. period, high: of RXC; delay: of RXC after the data.
 struct Shape {
   int64_t phase, period, high, delay;
-  int repeat;  // the nibble stands at the falling edge too
+  int repeat;  // the nibble is there at the falling edge too
 };
 
 struct Pins {
@@ -117,7 +117,7 @@ class Sink {
 };
 
 // Clocks from the edge that sees one signal rise to that which sees the other do so for it. The first high part of
-// RXC behind reset may be cut short.
+// RXC after reset may be cut short.
 class Distance {
  public:
   static constexpr uint64_t SETTLED = 100;

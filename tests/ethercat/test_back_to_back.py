@@ -49,7 +49,7 @@ def random_chains(slave: Slave, random: Random, count: int) -> list[list[Datagra
 
 
 def check_frames(line: Line, slave: Slave, chains: list[list[Datagram]]) -> None:
-    """Send them one behind the other at the least gap; all come back as the model has them."""
+    """Send them one after the other at the least gap; all come back as the model has them."""
     sent = [frame(chain) for chain in chains]
     for data in sent:
         line.send(data, gap=GAP_NIBBLES)

@@ -15,7 +15,7 @@ from sim.report.goals import at_least, at_most, terminal_table
 
 @pytest.fixture
 def producers(monkeypatch, tmp_path):
-    """Two rows of each kind, and the place of kept results below tmp_path."""
+    """Two rows of each kind, and the place of saved results below tmp_path."""
 
     def good(order, report):
         yield at_most("near", 9, 20, "ns")

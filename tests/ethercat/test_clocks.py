@@ -43,9 +43,9 @@ SEEN = 9 * CYCLE - CYCLE // 2
 
 
 def pulses(shift: int, late: int = 0) -> list[list[int]]:
-    """Beginnings of SYNC0 and SYNC1 behind START_TIME, ns, until 9 SYNC0 in the future came.
+    """Beginnings of SYNC0 and SYNC1 after START_TIME, ns, until 9 SYNC0 in the future came.
 
-    late: the unit is switched on so long behind START_TIME.
+    late: the unit is switched on so long after START_TIME.
     """
     with Line() as line:
         write(line, 0, esc_regmap.SYNC0_CYCLE, CYCLE)
@@ -73,7 +73,7 @@ def test_sync0__begins_at_its_time_and_every_cycle():
 
 @pytest.mark.parametrize("shift", (0, 1000, CYCLE - 10, CYCLE, 7000, 2 * CYCLE, 4 * CYCLE))
 def test_sync1__begins_behind_every_sync0_that_it_does_not_wait_for(shift: int):
-    """SYNC1_CYCLE of n cycles of SYNC0 and more: behind every (n + 1)-th (as SOEM counts too)."""
+    """SYNC1_CYCLE of n cycles of SYNC0 and more: after every (n + 1)-th (as SOEM counts too)."""
     period = (shift // CYCLE + 1) * CYCLE
     seen = pulses(shift)[1]
     assert len(seen) == len(range(shift, SEEN, period))

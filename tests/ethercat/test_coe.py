@@ -374,7 +374,7 @@ def test_lost_answer__is_repeated_even_when_another_message_has_come():
     host.background()
     first = host.receive()
     host.feedback.axis[0].fault = 0x5441
-    host.cycle(2)  # now an emergency stands in the mailbox
+    host.cycle(2)  # now an emergency is in the mailbox
     host.write(0x80E, b"\x03")
     host.background()
     assert host.read(0x80F, 1) == b"\x02"
@@ -401,7 +401,7 @@ def test_mailbox__is_full_until_it_is_taken(host):
     request = struct.pack("<H", 2 << 12) + struct.pack("<BHB4x", 0x40, 0x1000, 0)
     assert host.send(request) and not host.send(request)
     host.background()
-    assert host.send(request)  # taken; the answer still stands
+    assert host.send(request)  # taken; the answer is still there
     host.background()
     assert not host.send(request)
     assert host.receive() and host.receive() is None

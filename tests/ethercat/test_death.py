@@ -29,7 +29,7 @@ def test_death__faults_every_axis_and_takes_its_power(report):
     assert report["error_codes"] == [0x7500] * 5
     assert report["emergencies"] == [0x7500] * 5
     assert [word & 0x4F for word in report["statuswords"]] == [STATUS_FAULT] * 5
-    # 10F1:02 faults the axes behind 20 missed cycles, before the watchdog; then they stop.
+    # 10F1:02 faults the axes after 20 missed cycles, before the watchdog; then they stop.
     assert LIMIT_TICKS <= report["stopped_at"] <= report["unpowered_at"] <= LIMIT_TICKS + 100
 
 

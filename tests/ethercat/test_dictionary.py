@@ -2,7 +2,7 @@
 """The dictionary of the device on the bus, and what is generated from it.
 
 The SII image and the ESI file are read here by readers of their own, written from the formats, and
-must tell the same device. That a master reads the image: test_masters.py.
+must describe the same device. That a master reads the image: test_masters.py.
 """
 
 from __future__ import annotations

@@ -213,7 +213,7 @@ def test_buffers__three_seen_from_the_master(line: Line):
 
 
 def circulated(line: Line, circulating: bool):
-    """A frame from behind a slave whose port 0 has no link."""
+    """A frame from beyond a slave whose port 0 has no link."""
     question = bytearray(single(BRD, 0, 0, bytes(4)))
     question[FLAGS_AT] |= CIRCULATING * circulating
     line.cable(0, False)
@@ -424,7 +424,7 @@ def test_process_data__longer_than_the_manager_are_outputs_and_what_is_behind(li
 
 
 def test_lost__counter_of_the_master_stays_and_nothing_is_written():
-    """A frame that the broken cable swallows: no answer, no counter of the slave behind."""
+    """A frame that the broken cable swallows: no answer, no counter of the slave after."""
     with Line([0.0, 0.0]) as line:
         line.cable(0, False)
         assert line.exchange(WRITE, limit_ns=30_000) is None

@@ -141,7 +141,7 @@ class Bench:
         )
 
     def ask(self, message: bytes, run_ns: int) -> None:
-        """A frame that takes what stands in the mailbox and leaves a request."""
+        """A frame that takes what is in the mailbox and leaves a request."""
         self.counter = self.counter % 7 + 1
         head = struct.pack("<HHBB", len(message), 0, 0, 3 | self.counter << 4)
         self.send(

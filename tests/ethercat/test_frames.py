@@ -165,7 +165,7 @@ def halves(area: Area, logical: int, turned: bool) -> list[Fmmu]:
 
 
 def set_up_areas(line: Line, random: Random) -> Slave:
-    """Two areas of three buffers, one a direction, each behind two FMMUs."""
+    """Two areas of three buffers, one a direction, each after two FMMUs."""
     slave = register_memory()
     for n, master_writes in ((2, True), (3, False)):
         length = random.choice((1, 2, 3, 6, 8, 13))
@@ -251,7 +251,7 @@ def test_writes__of_a_register_only_read_are_not_counted(line: Line):
 @pytest.mark.parametrize("first", [0x00, 0x01, 0x02, 0x10, 0xFD, 0xFF])
 @pytest.mark.parametrize("kind", [b"\x88\xa4", b"\x08\x00"])
 def test_source__is_marked_in_every_frame(line: Line, first: int, kind: bytes):
-    """Masters (ethercrab, SOEM) tell an answer from their own frame by bit 1 of its first byte."""
+    """Masters (ethercrab, SOEM) know an answer from their own frame by bit 1 of its first byte."""
     sent = frame([Datagram(0, bytes(4))])
     sent = sent[:6] + bytes([first]) + sent[7:12] + kind + sent[14:]
     back = line.exchange(sent)

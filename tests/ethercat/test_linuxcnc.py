@@ -45,7 +45,7 @@ HOST_S = 600
 
 
 def frame(status: int, error: int = 0, mode: int = 8, position: int = 0) -> bytes:
-    """Process data of five drives alike."""
+    """Process data of five drives, all the same."""
     values = {
         "statusword": status,
         "error_code": error,
@@ -68,7 +68,7 @@ def sent(drives: Drives, flags: int, target: tuple[float, ...] = (0.0,) * 5) -> 
 
 
 def told(drives: Drives) -> dict[str, object]:
-    """What LinuxCNC is told."""
+    """What LinuxCNC hears."""
     number, flags, lost, faults, *rest = link.ANSWER.unpack(
         drives.answer(link.Request(7, ON, (0.0,) * 5))
     )

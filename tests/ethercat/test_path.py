@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The A-G-H path over the bus: targets each millisecond, law on the ASIP, plant in closed loop.
 
-The application runs here as C on this machine, behind a double of the controller; with it the whole
+The application runs here as C on this machine, after a double of the controller; with it the whole
 path takes minutes. `test_device__gives_the_same_words` compares its words with the RTL's.
 """
 

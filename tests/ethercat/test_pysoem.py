@@ -35,7 +35,7 @@ def test_dc__delays_are_those_of_the_frames(clocks):
 def test_dc__offsets_make_one_time_of_the_latched_ones(clocks):
     assert clocks["offsets"] == clocks["true_offsets"]
     # The second clock is faster and latches later: never equal. The third is slower and later
-    # still, so that it may stand for a moment where either of the others does.
+    # still, so that it may represent a moment where either of the others does.
     assert clocks["offsets"][1] < 0
     # The models are read one after the other: a clock of time passes for each access.
     assert all(abs(rest) <= 10 for rest in clocks["rests"])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Models that serve TAP devices in a thread of their own end when they are told to."""
+"""Models that serve TAP devices in a thread of their own end on request."""
 
 import threading
 

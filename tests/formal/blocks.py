@@ -197,7 +197,7 @@ def rounding(ctx: Context) -> Iterator[Case]:
 def magnitude_rounded(run: Run) -> tuple[Term, tuple[Term, ...], Outcome]:
     """Bits below the round bit, the contract of fp_round, its magnitude rounded."""
     sign, exponent, sig = (run.input(f"{name}_i") for name in ("sign", "exp", "sig"))
-    tail = logic.free(4, "tail")  # bits that the sticky bit stands for
+    tail = logic.free(4, "tail")  # bits that the sticky bit represents
     magnitude = logic.cat(sig, run.input("guard_i"), run.input("round_i"), tail)
     normal = logic.bit(sig, 23)
     assume = (

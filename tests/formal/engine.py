@@ -2,7 +2,7 @@
 """Runs proofs case by case in a process of its own, with limits on time and memory.
 
 A case is known by the hash of its formula and of the solver's version: if neither the RTL nor the
-specification nor the solver changed what has to be proved, the earlier verdict stands.
+specification nor the solver changed what has to be proved, the earlier verdict holds.
 """
 
 from __future__ import annotations

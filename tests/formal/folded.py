@@ -88,7 +88,7 @@ class State:
 
 
 def digits_of(run: Run, clock: int, cycle: int) -> Term:
-    """Digits that a clock begins with; the last one is kept as a sign."""
+    """Digits that a clock begins with; the last one is stored as a sign."""
     if clock <= MOVE + 1:
         return run.signal("digits_first", cycle)
     last = logic.no(logic.bit(run.signal("negative_q", cycle), 0))

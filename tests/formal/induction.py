@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Invariants of a unit, proved for every clock after reset by induction.
 
-An observer is a machine beside the unit: registers of its own, which it computes from the unit's
+An observer is a machine next to the unit: registers of its own, which it computes from the unit's
 ports and which the claims are about (clocks since an edge, the position reached, a running sum). A
 proof has a case that reset makes the invariant true, and for each of its parts a case that one
 clock from any state in which all of it holds, with any inputs that the contract allows, keeps the

@@ -2,7 +2,7 @@
 """RTL to terms: Yosys elaborates a module to BTOR2, which is then run symbolically cycle by cycle.
 
 Every register starts with an arbitrary value and every input is arbitrary in every cycle, except
-that reset is inactive but in the cycles asked for. What a proof shows of the output in cycle L as a
+that reset is inactive but in the cycles requested. What a proof shows of the output in cycle L as a
 function of the inputs in cycle 0 thus holds for any operations before, between and after, that is
 for a full pipeline.
 """
@@ -154,7 +154,7 @@ class Run:
     def replace(self, name: str, high: int, low: int, cycle: int, term: Term) -> None:
         """Give bits high..low of a register this value in that cycle, instead of its own.
 
-        Only before anything that depends on it was asked for.
+        Only before anything that depends on it was requested.
         """
         key = (self.netlist.part(name, high, low), cycle)
         if any(later >= cycle for _, later in self._values if (_, later) not in self._replaced):

@@ -30,7 +30,7 @@ WIDE = 50  # bits of the sum of the addends, which the product does not fill
 
 
 def product_of(outer: Term, *crosses: Term) -> Term:
-    """The product that the outputs of fp_product stand for."""
+    """The product that the outputs of fp_product represent."""
     terms = [logic.shl(logic.extend(cross, WIDE), 17) for cross in crosses]
     return logic.add(logic.extend(outer, WIDE), *terms)
 
@@ -125,7 +125,7 @@ def mul(ctx: Context) -> Iterator[Case]:
 
 @dataclass(frozen=True)
 class Abstracted:
-    """A unit's run in which the product of a and b is free but for `given`."""
+    """A unit's run in which the product of a and b is free except for `given`."""
 
     a: Term
     b: Term

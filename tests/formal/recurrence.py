@@ -46,7 +46,7 @@ def square_step(digits: Term, new: int, k: int) -> Term:
 
 
 def steps_of(root: bool, q: Term, d: Term, k: int) -> list[Term]:
-    """What the digits 0 to 3 behind k others take off 4 R; d is the divisor of a quotient."""
+    """What the digits 0 to 3 after k others take off 4 R; d is the divisor of a quotient."""
     if root:
         return [square_step(q, digit, k) for digit in range(4)]
     return [logic.mul(d, digit) for digit in range(4)]
@@ -163,7 +163,7 @@ def recurrence_stages(ctx: Context) -> Iterator[Case]:
 
 
 def numbers() -> Iterator[Case]:
-    """Arithmetic behind the recurrence, for all numbers of the widths in use."""
+    """Arithmetic after the recurrence, for all numbers of the widths in use."""
     q, d, r, c, new = (logic.free(64, name) for name in ("Q", "D", "R", "c", "new"))
     mul = logic.mul
     four, sixteen = logic.bv(64, 4), logic.bv(64, 16)

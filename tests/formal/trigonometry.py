@@ -127,7 +127,7 @@ SIGN_KNOWN = 12  # the step from which on the sign of the result depends on the 
 
 
 def same(runs: tuple[Run, Run], step: int, cycle: int) -> list[Term]:
-    """Both units hold the same in what a step knows, but for the sign of an odd function."""
+    """Both units hold the same in what a step knows, except for the sign of an odd function."""
     truths = [
         logic.eq(*(logic.bits(run.signal(name, cycle), high, low) for run in runs))
         for name, high, low, since in KNOWN

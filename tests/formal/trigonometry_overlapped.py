@@ -23,7 +23,7 @@ from tests.fpu.tb import package_constant
 UNIT = "fp_sincos_overlapped"
 LATENCY = package_constant("FP_SINCOS_OVERLAPPED_LATENCY")
 INTERVAL = 11
-# Steps that a counter tells: it is 1 in the first of them.
+# Steps that a counter marks: it is 1 in the first of them.
 COUNTERS = {"reduce_q": 1, "cubic_q": 12, "last_q": 22}
 COUNTED = 10
 SPLIT, ROUND = 11, (32, 33)
@@ -162,7 +162,7 @@ EXP_MIN, EXP_MAX = 115, 135  # of 2^-12 and of 256, biased
 with gmpy2.context(precision=300):
     TWO_OVER_PI = int(gmpy2.floor(gmpy2.mul_2exp(2 / gmpy2.const_pi(), 71)))
 ANGLE, SUM = 33, 29  # bits of the accumulator and of the rows of half a byte
-FIRST_LOW = 6  # the step from which on bytes of the angle are kept
+FIRST_LOW = 6  # the step from which on bytes of the angle are stored
 
 
 def times_digit(x: Term, digit: int) -> Term:

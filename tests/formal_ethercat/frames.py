@@ -166,7 +166,7 @@ def only_committed_writes(ctx: Context) -> Iterator[Case]:
 
 ONES, POLYNOMIAL, RESIDUE = 0xFFFFFFFF, 0x04C11DB7, 0xC704DD7B  # IEEE 802.3, 3.2.9
 DELIMITER = 0xD
-LATER = 3  # ticks from a frame's end until it is told
+LATER = 3  # ticks from a frame's end until it is reported
 
 
 class Sequence(Observer):
@@ -303,7 +303,7 @@ class Buffers(Observer):
     whole: what it holds was written in the access that handed the buffer over. fresh: it was
     written since the writer's last access to the first byte. late, later: where a write of it
     went in the clock before and in the one before that; reads do not see those yet. begun,
-    open: writer and reader are behind the first byte and before the end. opened: the present
+    open: writer and reader are after the first byte and before the end. opened: the present
     frame has read the first byte. Constant, but any: whether the bus' side writes, whether the
     area is a mailbox.
     """

@@ -185,7 +185,7 @@ class PulseSum(Observer):
         self.reset = {"sum": modulus // 2, "moderate": 1}  # and when the phase is centred
 
     def centres(self, run: Run) -> Term:
-        """Asked for, or in the first clock after reset."""
+        """Requested, or in the first clock after reset."""
         return logic.any(run.on("clear_i"), run.on("start_q", 0))
 
     def moderate(self, run: Run, cycle: int = 0) -> Term:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// n2_shadow: the core beside a machine without a pipeline that follows its trace, for bounded proofs.
+// n2_shadow: the core next to a machine without a pipeline that follows its trace, for bounded proofs.
 // Contract: instructions come from free inputs (registers r0 to r3; kinds: make), one chosen address
 // always holds the same word. bad_o: a retired instruction has another address, word, destination or
 // value than the machine says. A register counts once it was written.

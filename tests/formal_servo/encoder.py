@@ -2,10 +2,10 @@
 """Proof of quadrature_decoder: its count is the true position for any legal lines with any jitter.
 
 The encoder is at a true position; each clock it moves by one at most, and a line changes only if it
-kept its level for filter_i + 1 clocks. The observer has the positions that belong to the lines
-behind each register (p1, p2), behind the filter (p3) and behind the count (p4), and how long each
+held its level for filter_i + 1 clocks. The observer has the positions that belong to the lines
+after each register (p1, p2), after the filter (p3) and after the count (p4), and how long each
 line has had its level there. Where both lines wait for the filter, the one that has waited
-longer changed first, which tells the direction.
+longer changed first, which gives the direction.
 """
 
 from __future__ import annotations

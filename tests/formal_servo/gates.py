@@ -19,7 +19,7 @@ GATES = ("high_o", "low_o")
 
 
 class DeadTime(Observer):
-    """Clocks that both gates have been off, this one included, and the dead time asked for in the
+    """Clocks that both gates have been off, this one included, and the dead time requested in the
     last clock of a gate. Before the first one: the longest."""
 
     widths = {"off": AGE, "wanted": DEAD}
@@ -146,7 +146,7 @@ class Carrier(Observer):
 
 
 def at_least(half: Term) -> Term:
-    """The half that is taken over where this one is asked for."""
+    """The half that is taken over where this one is requested."""
     least = logic.bv(WIDTH, LEAST_HALF)
     return logic.ite(logic.ult(half, least), least, half)
 

@@ -2,7 +2,7 @@
 """Proof that a tick with redundancy ends: a rank of its state falls in every clock.
 
 The state is any, legal or not, as an upset may leave it, and control may answer what it likes. The
-rank is a number of clocks: what is left of this run, and a whole run for each one behind it. It is
+rank is a number of clocks: what is left of this run, and a whole run for each one after it. It is
 at most 3 (WATCHDOG + Drain + MARGIN) when a run is on, so busy_o falls within that.
 """
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The judge of sine and cosine: its double reference against MPFR, its verdict on bad results."""
+"""The check of sine and cosine: its double reference against MPFR, its verdict on bad results."""
 
 from __future__ import annotations
 

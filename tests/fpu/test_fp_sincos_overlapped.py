@@ -65,7 +65,7 @@ def test_overlapped__random_gaps__gives_the_bits_of_the_iterative_unit() -> None
 
 
 def test_overlapped__every_triple_of_distances__gives_the_bits_of_the_iterative_unit() -> None:
-    # What an operation shares with others depends on the distances to those before and behind it,
+    # What an operation shares with others depends on the distances to those before and after it,
     # never on their operands; from LATENCY on it shares nothing.
     choices = range(LATENCY[OVERLAPPED] - INTERVAL[OVERLAPPED])
     idle = np.array(list(itertools.product(choices, choices, (0, 1, 2, 3, 4, 5, 11)))).ravel()

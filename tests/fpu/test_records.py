@@ -16,7 +16,7 @@ from tests.fpu.tb import generator
 
 RECORDS = default_isa().comparisons
 CASES = 500
-# operation, part of its record, what stands there by mistake
+# operation, part of its record, what is there by mistake
 WRONG = (
     ("LE", "a <= b", "a < b"),
     ("MIN", "negative(a)", "negative(b)"),

@@ -77,7 +77,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def goals(result: Result) -> list[Goal]:
-    """Figures of a campaign beside their targets; the notes repeat the first cases that failed."""
+    """Figures of a campaign next to their targets; the notes repeat the first cases that failed."""
     cases = f"{result.campaign}: {result.cases} mutated inputs"
     peak = round(result.peak_bytes / 2**20)
 

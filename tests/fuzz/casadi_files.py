@@ -97,12 +97,12 @@ def run(record: str, function: bytes) -> int | None:
 
 
 def function_case(rng: Random) -> int | None:
-    """A damaged or changed function beside a good record."""
+    """A damaged or changed function next to a good record."""
     return run(RECORD, changed(rng, law()))
 
 
 def record_case(rng: Random) -> int | None:
-    """A record with other words, and texts that a generator must quote, beside a good function."""
+    """A record with other words, and texts that a generator must quote, next to a good function."""
     record = RECORD
     for _ in range(rng.choice((0, 1, 2))):
         text = "".join(rng.choice((*HOSTILE, "a ", "b")) for _ in range(rng.randint(1, 5)))

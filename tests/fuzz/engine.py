@@ -2,9 +2,9 @@
 """Runs the cases of a campaign in forked processes with limits on time and memory.
 
 Case n of a seed is always the same. Cases run in batches; a process that dies or hangs costs one
-case, the next batch goes on behind it. A case fails if the tool raises anything but SystemExit,
+case, the next batch goes on after it. A case fails if the tool raises anything but SystemExit,
 shows a traceback, returns no exit status of 0 to 9, uses more than `CPU_SECONDS` of processor time,
-stands still for `WALL_SECONDS`, or maps `MEMORY_BYTES` of address space more than it began with.
+hangs for `WALL_SECONDS`, or maps `MEMORY_BYTES` of address space more than it began with.
 """
 
 from __future__ import annotations

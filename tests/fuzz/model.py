@@ -121,7 +121,7 @@ def damaged(rng: Random, data: bytes) -> bytes:
 
 
 def case(rng: Random) -> int | None:
-    """One mutated file beside good ones, or one mutated command line."""
+    """One mutated file next to good ones, or one mutated command line."""
     record, function, urdf = RECORD, law(), URDF.read_text(encoding="utf-8")
     line = rng.choice(LINES).split()
     kind = rng.randrange(4)

@@ -195,7 +195,7 @@ def command_lines(
     files: Callable[[Random], None],
     prepare: Callable[[], object] = lambda: None,
 ) -> Campaign:
-    """Campaign of mutated command lines of a tool, beside files of every kind and its own `files`.
+    """Campaign of mutated command lines of a tool, next to files of every kind and its own `files`.
 
     words: options of the tool and names of files.
     """

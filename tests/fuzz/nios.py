@@ -46,7 +46,7 @@ def elf(rng: Random) -> int:
 
 
 def command_line(rng: Random) -> int:
-    """One mutated command line beside files of every kind."""
+    """One mutated command line next to files of every kind."""
     Path("x.elf").write_bytes(PROGRAMS[0])
     files_of_every_kind()
     line = "--system fpga2 --max-cycles 2000 x.elf".split()

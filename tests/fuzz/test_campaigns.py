@@ -18,7 +18,7 @@ SHORT = 30
 
 
 def campaign(name: str, report: Path, *options: str) -> None:
-    """Run a campaign in a process of its own; its report stands in the failure."""
+    """Run a campaign in a process of its own; its report is in the failure."""
     command = ("-m", "tests.fuzz", name, "--seed", SEED, "--output", report, *options)
     output(sys.executable, *command, cwd=ROOT)
     goals = json.loads(report.read_text(encoding="utf-8"))["goals"]

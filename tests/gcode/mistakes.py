@@ -14,7 +14,7 @@ ZERO = (0.0,) * 5
 def check_error(
     error: GcodeError, line: int, column: int, text: str, what: str, expected: str, help: str = ""
 ) -> None:
-    """Its place, the text that it shows, and parts of what else it tells."""
+    """Its place, the text that it shows, and parts of what else it prints."""
     assert (error.line, error.column, error.text) == (line, column, text)
     assert what in error.what
     assert expected in error.expected

@@ -260,7 +260,7 @@ def check(text: str) -> str:
         values += move.centre if move.motion.is_arc else ()
         assert all(math.isfinite(value) for value in values)
         assert move.feed is None or move.feed > 0.0 or move.motion.value == "G0"
-    # Of a text with more items, what comes behind those may be refused.
+    # Of a text with more items, what comes after those may be refused.
     assert jumps or len(items) > MOST or parse(text).moves == tuple(moves)
     return "moves" if moves else "nothing"
 

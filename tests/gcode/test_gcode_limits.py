@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Input without bound: each has a limit, told with line, cause and cure.
+"""Input without bound: each has a limit, reported with line, cause and cure.
 
 Time and memory are bounded by the campaigns of tests/fuzz/motion.py, which run these texts too.
 """

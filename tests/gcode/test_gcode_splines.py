@@ -60,7 +60,7 @@ def test_nurbs__chords__miss_the_curve_by_no_more_than_the_tolerance(tolerance):
 
 
 def random_program(seed: str) -> str:
-    """Splines of each kind behind each other, in mm or inches, absolute or incremental."""
+    """Splines of each kind after each other, in mm or inches, absolute or incremental."""
     rng = random.Random(seed)
     lines = [HEAD + rng.choice(["G20\nG10 L2 P1 X1 Y-2", "G91", "G92 X3 Y4", ""])]
     before = False

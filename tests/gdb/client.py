@@ -126,7 +126,7 @@ def program(name: str) -> Program:
 def listening(
     core: NiosRtl, elf: Program, place: str
 ) -> tuple[threading.Thread, list[str], list[int]]:
-    """A server in a thread that waits for debuggers: what it says, its status behind its end."""
+    """A server in a thread that waits for debuggers: what it says, its status after its end."""
     said: list[str] = []
     status: list[int] = []
     listens = threading.Event()

@@ -23,7 +23,7 @@ GDB_NAMES += "exception pteaddr tlbacc tlbmisc eccinj badaddr config mpubase mpu
 
 
 def debugged(name: str = "run/demo_hello_fpga2") -> Debugged:
-    """A server with a program that stands at its reset vector."""
+    """A server with a program that is at its reset vector."""
     return Debugged(system(), program(name))
 
 
@@ -35,7 +35,7 @@ def gdb() -> Iterator[Client]:
 
 
 def code(name: str, *operands: int) -> bytes:
-    """An instruction as it stands in memory."""
+    """An instruction as it is in memory."""
     return struct.pack("<I", ISA.instructions[name].encode(*operands))
 
 

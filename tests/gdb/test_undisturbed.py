@@ -43,7 +43,7 @@ def clear(nios: NiosSystem) -> None:
 
 
 def final(nios: NiosSystem) -> Final:
-    """State of a program that has ended, and so stands."""
+    """State of a program that has ended, and so is halted."""
     core = nios.core
     assert core.halted and core.ended is not None
     nios.target.halted()

@@ -97,7 +97,7 @@ def test_corner__each_tolerance__is_kept_by_the_set_points_and_used(settings, an
     assert distance_to_polyline(tool, corners).max() <= tolerance
     assert 0.8 * tolerance <= joints[0].apex * 1e3 <= tolerance
     assert run.summary.blends == 1
-    # The set-point next to the corner lies at most half a period's way beside the apex.
+    # The set-point next to the corner lies at most half a period's way next to the apex.
     if joints[0].speed * settings.period < tolerance / 1e3:
         assert np.linalg.norm(tool - corners[1], axis=1).min() <= tolerance
 

@@ -97,7 +97,7 @@ def test_corner__of_a_move_below_100_nm__is_within_p(tolerance):
 
 @pytest.mark.parametrize("motion", [Motion.ARC_CCW, Motion.ARC_CW])
 def test_workspace__circle_a_tenth_of_a_mm_too_large__is_refused(motion):
-    # Starts beside the axes, so that no point of an equal division is outermost.
+    # Starts next to the axes, so that no point of an equal division is outermost.
     angle = math.pi / 64
     for radius, inside in ((149.99, True), (150.1, False)):
         x, y = radius * math.cos(angle), radius * math.sin(angle)
@@ -149,7 +149,7 @@ def test_deviation__full_circle_and_moves_below_a_tick__are_no_violation():
     deviation = Deviation(moves)
     list(deviation.watched(iter([points])))
     assert max(deviation.path, deviation.corner) <= ROUNDING
-    # and a micrometre beside it is one
+    # and a micrometre next to it is one
     deviation = Deviation(moves)
     position = points.position.copy()
     position[100:120, 2] += 1.1e-5

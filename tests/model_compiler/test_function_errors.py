@@ -41,7 +41,7 @@ PARTNERS = {
     "atan2": (0.1, 10.0), "hypot": (0.1, 10.0), "fmod": (0.01, 3000.0),
     "remainder": (0.01, 3000.0), "pow": (1e-3, 80.0),
 }  # fmt: skip
-"""Sizes of the second argument beside a binade of the first."""
+"""Sizes of the second argument next to a binade of the first."""
 CHUNK = 1 << 15
 LARGEST = float(np.finfo(np.float32).max)
 SMALL = (0.0, 2.0**-149, 1e-44, 1e-40, 2.0**-126, 1e-30, 2.0**-24, 2.0**-12)
@@ -144,7 +144,7 @@ def binade(low: float, high: float, step: int = 1) -> Floats:
 
 
 def neighbours(points: list[float]) -> Floats:
-    """Points of both signs with the floats beside them."""
+    """Points of both signs with the floats next to them."""
     bits = np.abs(np.array(points, np.float32)).view(np.int32)[:, None].astype(np.int64)
     near = bits + np.arange(-NEIGHBOURS, NEIGHBOURS + 1)
     size = near[(near >= 0) & (near < 0x7F800000)].astype(np.uint32).view(np.float32)

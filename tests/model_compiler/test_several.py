@@ -47,7 +47,7 @@ def test_states_that_another_function_writes_are_found(built, monkeypatch):
     place_registers = linker._own_registers
 
     def over_states(places, programs, decoded, isa):
-        """The second function's values within a run stand in the first one's states."""
+        """The second function's values within a run are in the first one's states."""
         place_registers(places, programs, decoded, isa)
         own = {r for r in places[1].registers.values() if r.bank == "C" and r.index > 32}
         free = [Register("C", i) for i in range(63, 0, -1) if Register("C", i) not in own]

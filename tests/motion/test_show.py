@@ -79,8 +79,8 @@ def test_lookahead_document__becomes_rows__apex_beyond_p_differs():
         "figure 6": corners,
     }
     rows = show.rows_of("lookahead", document)
-    # Each time and apex beside the paper's and LinuxCNC's: 5.51 s and 5.1 um are beyond the paper's
-    # (and LinuxCNC's time), 5.1 um is within LinuxCNC's apex.
+    # Each time and apex next to the paper's and LinuxCNC's: 5.51 s and 5.1 um are beyond the
+    # paper's (and LinuxCNC's time), 5.1 um is within LinuxCNC's apex.
     assert [row["agrees"] for row in rows] == [
         *(False, False, True),
         *(True, True, True),

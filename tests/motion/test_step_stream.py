@@ -103,7 +103,7 @@ def test_axis__turning_back_inside_a_step__waits_and_goes_back_from_the_middle()
     axis = AxisEncoder("leg 1", 100.0)
     records = axis.records(1000, 100.0, 0.0, 100.4, 0.0)
     assert (axis.count, axis.place) == (0, pytest.approx(0.4, abs=1e-3))
-    records += axis.records(1000, 100.4, 0.0, 100.1, 0.0)  # not yet behind the count: it waits
+    records += axis.records(1000, 100.4, 0.0, 100.1, 0.0)  # not yet after the count: it waits
     assert records[-1].velocity == 0 and axis.sign == 1
     records += axis.records(1000, 100.1, 0.0, 98.2, 0.0, last=True)
     count, _ = published(records)
@@ -157,7 +157,7 @@ def test_rtl__short_g64_program__counts_exact_and_steps_by_the_plan():
     assert run.deviation.max() <= show_path.BOUND
     assert all(turns > 0 for turns in run.reversals)
     assert sum(clocks) == pytest.approx((len(run.points) - 1) * run.period * 1e8, rel=0.01)
-    # The commanded path is the programmed one but for P and the steps' size (legs, 2 um).
+    # The commanded path is the programmed one except for P and the steps' size (legs, 2 um).
     assert 0.0 < run.tool_error() < 4e-6
     assert run.beyond_p() < 4e-6
     rows = {row.name: row for row in show_path.results(run)}
@@ -169,7 +169,7 @@ def test_rtl__short_g64_program__counts_exact_and_steps_by_the_plan():
 
 
 def _farthest(run: show_path.PathRun, shift: float) -> float:
-    """Mean distance of leg 2 from the place its steps stand for, all times later by shift [s]."""
+    """Mean distance of leg 2 from the place its steps represent, all times later by shift [s]."""
     times = np.arange(len(run.points)) * run.period
     place, speed = joints(run.robot, run.points, run.steps)
     at, count = run.edges[1]

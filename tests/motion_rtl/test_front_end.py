@@ -102,7 +102,7 @@ def test_time_exact__count_and_duration_exact__pulses_near_the_plan(motion, v0, 
     assert motion.position(0) == plan.length * pulses
     at = motion.edges().pulses(0)
     assert len(at) == plan.length * pulses
-    # The first tick begins on a multiple of a microsecond; pulse n stands for n - 1/2.
+    # The first tick begins on a multiple of a microsecond; pulse n represents n - 1/2.
     begin = _begin(at[0], plan, pulses)
     times = (at - begin) / CLOCK_HZ
     # sample(): correctly rounded positions of the exact plan.
@@ -175,7 +175,7 @@ def test_phases_of_one_tick__follow_each_other_without_a_gap(motion):
     assert motion.status("underrun") == 0
 
 
-# Half a pulse: behind the half at a move's start it makes one pulse in the tick's last clock.
+# Half a pulse: after the half at a move's start it makes one pulse in the tick's last clock.
 HALF = cruise(8_000_000, 1)
 
 
@@ -266,7 +266,7 @@ def test_pulse_counted__few_pulses__ends_early__as_published(motion):
 
 
 def test_pulse_counted__zero_start_speed_forced__never_starts(motion):
-    """The trap that the software refuses: rates change behind a pulse, so 0 stays 0."""
+    """The trap that the software refuses: rates change after a pulse, so 0 stays 0."""
     (record,) = [Record(FIRST | LAST | 2, 10, 0, 1 << 32, 0)]
     with pytest.raises(MotionError, match="no interrupt"):
         motion.run({0: [record]}, 200_000)

@@ -16,7 +16,7 @@ from tests.bench.seed import SEED
 
 MODULUS = 16 * 100_000_000
 HALF = MODULUS // 2
-FOLDERS = (ROOT / "rtl",)  # where its source stands; tests put changed copies first
+FOLDERS = (ROOT / "rtl",)  # where its source is; tests put changed copies first
 
 
 class Generator(Verilated):
@@ -85,7 +85,7 @@ def test_changing_rates__pulses_are_the_exact_sum():
         phase += rate * clocks
         assert count == phase // MODULUS, f"replay: SEED={SEED}"
         phase %= MODULUS
-    # The counter is one clock behind the pulse.
+    # The counter is one clock after the pulse.
     generator.run(0, 1)
     before = generator.count
     count, _ = generator.run(HALF, 1001)

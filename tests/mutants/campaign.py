@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs the short set against the planted faults.
 
-All faults of a unit are simulated together, each in a lane of its own beside one without fault, and
-every case goes to every lane: one build per unit. The first cases of the short set decide nearly
-every fault; what they leave, and what breaks the handshake, is built alone with its macro and gets
+All faults of a unit are simulated together, each in a lane of its own next to one without fault,
+and every case goes to every lane: one build per unit. The first cases of the short set decide
+nearly every fault; what they leave, and what breaks the handshake, is built alone with its macro and gets
 all of it.
 """
 
@@ -103,7 +103,7 @@ def wrong_lanes(unit: Unit, op: str, words: np.ndarray, lanes: int) -> tuple[np.
         want, want_flags = unit.reference(op, words)
         wrong = (bits != want[:, None]) | (flags != want_flags[:, None])
         return wrong, bits, flags
-    # The judge of sine and cosine shows no more than 16 failures: ask it case by case, and only
+    # The check of sine and cosine shows no more than 16 failures: ask it case by case, and only
     # where a lane differs from the one without fault.
     wrong = np.zeros(shape, bool)
     differs = (bits != bits[:, :1]) | (flags != flags[:, :1])
@@ -245,7 +245,7 @@ def run(
     told: Callable[[str], None],
     path: Path,
 ) -> tuple[dict[int, Verdict], dict[str, Sound], list[str]]:
-    """Judge the chosen faults and the RTL itself; what has not changed keeps its verdict.
+    """check the chosen faults and the RTL itself; what has not changed keeps its verdict.
 
     `faults` is the whole table, already written to COPY. Returns the verdicts, the runs without
     fault, and what could not be run.

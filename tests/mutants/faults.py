@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The planted faults of the arithmetic units, and copies that hold them, each behind a macro."""
+"""The planted faults of the arithmetic units, and copies that hold them, each under a macro."""
 
 from __future__ import annotations
 

@@ -152,7 +152,7 @@ def test_report__that_cannot_be_read__counts_as_none(tmp_path: Path) -> None:
 
 
 class WrongUnit:
-    """Stands in for a unit all of whose lanes answer 1 where the reference says 0."""
+    """Replaces a unit all of whose lanes answer 1 where the reference says 0."""
 
     name = "fp_f2i"
 

@@ -11,7 +11,7 @@ from sim.rtl.n2_lockstep_isa import OP_CUSTOM
 from sim.rtl.n2_lockstep_program import BT, ISA, LabelledWords, prologue
 from sim.rtl.n2_lockstep_rtl import DTCM, ITCM
 
-# RAM for QEMU, behind the Avalon master for the core.
+# RAM for QEMU, after the Avalon master for the core.
 AVALON_RAM = 0x1100_0000
 CORNERS = (
     0,

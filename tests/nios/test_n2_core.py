@@ -53,8 +53,8 @@ def faults(records: np.ndarray) -> list[tuple[int, int]]:
 def interruptible() -> LabelledWords:
     """Everything with a side effect or in more than one cycle; the handler returns to ea - 4.
 
-    The handler tells interrupts from other exceptions by the cause, counts both in r24 and masks
-    the interrupt.
+    The handler distinguishes interrupts from other exceptions by the cause, counts both in r24 and
+    masks the interrupt.
     """
     program = LabelledWords()
     program.to("br", "start")
@@ -258,7 +258,7 @@ def test_jump__outside_instruction_memory__is_a_bad_target(target, name):
 
 
 def test_misaligned_store__in_the_shadow_of_a_branch__does_nothing():
-    """Instructions behind a mispredicted branch neither store nor raise nor start anything."""
+    """Instructions after a mispredicted branch neither store nor raise nor start anything."""
     program = prologue()
     program.li(16, DTCM)
     program.li(17, AVALON_RAM)
@@ -270,7 +270,7 @@ def test_misaligned_store__in_the_shadow_of_a_branch__does_nothing():
         program.emit("custom", 3, 2, 8, 8)
         program.word(2)
         program.label(f"over{number}")
-    program.emit("jmp", 0)  # to 0: a bad target; what is fetched behind it must not count either
+    program.emit("jmp", 0)  # to 0: a bad target; what is fetched after it must not count either
     program.emit("stw", 8, 0, 16)
     program.end()
     # Only the last jump raises; its return address is the store, which then does its work.
@@ -475,7 +475,7 @@ def test_counters__whole_run__agree_with_the_trace():
     program = interruptible()
     records, _ = run(program)
     _, retired = core().counters
-    # The trace is a register behind: what leaves the pipeline now is counted and not yet recorded.
+    # The trace is one register late: what leaves the pipeline now is counted and not yet recorded.
     assert retired - (records["exception"] == 0).sum() in (0, 1)
 
 

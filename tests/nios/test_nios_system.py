@@ -85,7 +85,7 @@ def test_tracking_program_gives_the_words_of_the_float32_model(track, platform, 
             controller.preset(single, start - 1)
         chunk = slice(start, start + ticks)
         result = controller.batch(words[chunk], counts[chunk])
-        # both sines are right but for their last bit, so here the torque's sum is within two
+        # both sines are right except for their last bit, so here the torque's sum is within two
         limit = 2.0 * np.spacing(np.abs(single.row("tau4")[chunk]))
         check_words(result, single, start, limit)
         assert result.cycles.max() < Published.load().time[platform.upper()]["cycles"]

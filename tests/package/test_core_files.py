@@ -23,7 +23,7 @@ from tests.bench.needs import require
 
 RTL = ROOT / "rtl"
 TOPS = [(core, top) for core, (_, tops) in CORES.items() for top in tops]
-QUICK = "fp_fma"  # one unit stands for all in the quick tests; tests/fpu elaborates each
+QUICK = "fp_fma"  # one unit represents all in the quick tests; tests/fpu elaborates each
 CASES = [
     pytest.param(core, top, marks=pytest.mark.full if core == "fpu" and top != QUICK else ())
     for core, top in TOPS

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tables of the main job: a sentence each, with platforms left out, table 4 as it is kept."""
+"""Tables of the main job: a sentence each, with platforms left out, table 4 as it is saved."""
 
 import json
 import re

@@ -175,7 +175,7 @@ def test_optimal__rest_to_rest__takes_the_time_of_the_textbook(length, expected)
 
 
 def test_optimal__same_move_from_start_on__takes_the_rest_of_the_time():
-    """A plan made anew at any instant from the state then must not find anything else."""
+    """A plan made again at any instant from the state then must not find anything else."""
     checked = 0
     for move in random_moves("forward", 400, SEED + 3):
         profile = plan(move)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Assertions of sim/rtl/assertions: each fires on a planted violation; every block of state has.
 
-All checkers stand side by side in one bench. A case of violations.toml drives the ports of one;
+All checkers are side by side in one bench. A case of violations.toml drives the ports of one;
 Verilator names what failed. One block of the RTL is there too: a checker bound to it fires.
 """
 

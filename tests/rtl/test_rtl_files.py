@@ -51,7 +51,7 @@ def code(name: str) -> str:
 
 
 def quartus_assignments(folder: Path, *words: str, pins: str = "") -> list[tuple[str, ...]]:
-    """Words of every Quartus command of build.tcl, run with stand-ins for those commands.
+    """Words of every Quartus command of build.tcl, run with substitutes for those commands.
 
     pins: text in place of pins.tcl. An error of the script is the last call, `error` and its words.
     """

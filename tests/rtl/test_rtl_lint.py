@@ -67,7 +67,7 @@ def test_board_top_with_its_pll_elaborates_against_the_ports_of_altpll(tmp_path)
     drive = "  assign {clk, locked} = {width_clock + 1{inclk[0]}};\nendmodule"
     stand_in.write_text(box.replace("endmodule", drive))
     files = [stand_in, *sources_of("asip_de3")]
-    options = ["-DQUARTUS", "-Wno-UNUSEDPARAM", "-Wno-UNUSEDSIGNAL"]  # of the stand-in
+    options = ["-DQUARTUS", "-Wno-UNUSEDPARAM", "-Wno-UNUSEDSIGNAL"]  # of the substitute
     done = lint("asip_de3", [*options, *files], {})
     assert done.returncode == 0, done.stderr
 

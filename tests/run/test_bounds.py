@@ -24,7 +24,7 @@ GRAVITIES = ("G1", "G2", "G3", "G4")
 
 
 def near(robot: Robot, path: SetPoints) -> np.ndarray:
-    """Counts a few resolutions beside a path, (N, 5): e passes the threshold e_c both ways."""
+    """Counts a few resolutions next to a path, (N, 5): e passes the threshold e_c both ways."""
     t = np.arange(len(path))[:, None] * robot.T_s
     axes = np.arange(5)
     error = 12.0 * np.sin(2.0 * np.pi * (22.0 + 7.0 * axes) * t + axes)

@@ -26,7 +26,7 @@ def nios(platform, words, tau4):
 
 
 def results(**changes):
-    """Results that keep everything, but for what a test changes."""
+    """Results that keep everything, except for what a test changes."""
     data = {
         "worst_fraction_of_bound": {"optimised": dict.fromkeys(OUTPUTS, 1.0)},
         **nios("fpga1", {}, 1.0),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Command line of the main job: exit statuses, no traceback, nothing left behind, short paths."""
+"""Command line of the main job: exit statuses, no traceback, nothing left over, short paths."""
 
 from __future__ import annotations
 

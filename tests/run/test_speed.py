@@ -50,7 +50,7 @@ def test_gains__give_three_equal_poles(axis):
 
 
 def test_observer__constant_pull__is_found_and_the_speed_with_it():
-    """Counts of a body with 3 m/s^2 that nobody asked for, without rounding."""
+    """Counts of a body with 3 m/s^2 that nobody requested, without rounding."""
     observer = Observer(ROBOT)
     scale = np.array(ROBOT.resolution)
     for tick in range(400):

@@ -280,7 +280,7 @@ def test_block__core_with_another_program__is_refused(machine, tmp_path, monkeyp
     small = assemble(tmp_path / "other.s", configuration="small")
     with pytest.raises(DebugError, match="the program is for 'small'"):
         BlockSource(lambda: connect(machine), small, ["y"], 1e-3)
-    # Somebody loads another program while the link is gone: told until it is the right one again.
+    # Somebody loads another program while the link is gone: reported until the right one is back.
     source = source_of(machine)
     machine.model.load(other)
     monkeypatch.setattr(source._client, "state", Mock(side_effect=PacketError("garbage")))

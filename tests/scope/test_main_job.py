@@ -74,7 +74,7 @@ def test_main_job__scope_without_the_asip__says_what_to_add(tmp_path):
 
 
 def test_guide__its_steps_in_order(tmp_path):
-    """Numbers and names are those of the page; it is told what was done, nothing is compared."""
+    """Numbers and names are those of the page; it hears what was done, nothing is compared."""
     command = re.search(r"^make run (.*)$", GUIDE, re.M)[1]
     assert dict(word.split("=") for word in command.split()) == {"SCOPE": "1", "PLATFORMS": "fpga3"}
     name, size, ticks = re.search(

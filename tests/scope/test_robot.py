@@ -192,7 +192,7 @@ def test_page__data_move__a_gain_changes_the_response__a_fault_fills_the_black_b
         text = browser.evaluate("document.getElementById('figures').textContent")
         assert f"{first['figures']['overshoot'] * 100:.3f}"[:4] in text
 
-        # a refusal is told, nothing changes
+        # a refusal is reported, nothing changes
         set_field(browser, "tr[data-gain=f_table] input", 500)
         browser.until(
             "document.getElementById('message').textContent.includes('must be <= 200 Hz')"

@@ -27,7 +27,7 @@ def damaged(data: bytes, rng: random.Random) -> bytes:
 
 
 def rows(full: bool) -> Iterator[Goal]:
-    """Every damage must be found before the library is loaded, and be said."""
+    """Every damage must be found before the library is loaded, and be reported."""
     AsipRtl()
     model = max(MODELS.glob("asip*/lib*.so"), key=lambda file: file.stat().st_mtime)
     rng, unseen, mute = random.Random(1), 0, 0

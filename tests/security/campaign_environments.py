@@ -32,7 +32,7 @@ def outcome(what: Environment, folder: Path, full: bool) -> dict:
 def failures(
     table: Sequence[Environment], folder: Path, full: bool
 ) -> tuple[list[str], list[str], list[str]]:
-    """Names of the environments in which the set-up, and in which a job fails; what they said.
+    """Names of the environments in which the set-up, and in which a job fails; what they printed.
 
     full: the main job and a test command, and a set-up that makes the virtual environment, else
     quick ones. A full campaign resumes. Raises RuntimeError if the plain environment fails.

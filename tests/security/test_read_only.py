@@ -33,7 +33,7 @@ COMMANDS = (
 
 @pytest.fixture(scope="module")
 def said(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """Command -> its exit status and what it said."""
+    """Command -> its exit status and what it printed."""
     if not can_confine():
         pytest.fail("unshare -rm is needed")
     folder = tmp_path_factory.mktemp("read_only")

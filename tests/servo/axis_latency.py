@@ -2,7 +2,7 @@
 """From the instant of an axis' samples to its new compare values, counted on the RTL.
 
 Front-end, servo link and processor of one axis (axis_loop.sv) take the program of its current loop
-and run by themselves. The end is the clock in which all three compare values stand in the bridge.
+and run by themselves. The end is the clock in which all three compare values are in the bridge.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // axis_loop: one axis' front-end and the processor of its current loop, for tests/servo/axis_latency.py.
 // Contract: a write_i goes to the front-end with front_i, else to the processor, and takes a clock while
-// wait_o is low. instant_o: the samples are taken; in_force_o: the compare values made of them stand in the
+// wait_o is low. instant_o: the samples are taken; in_force_o: the compare values made of them are in the
 // bridge, all of one clock; fault_o: a run ended with a fault.
 module axis_loop #(
     parameter int unsigned FmaPipes = 2,

@@ -23,9 +23,7 @@ from sim.rtl.sources import sources_of
 from sim.rtl.waves import load_model
 from tests.bench.faults import write_if_changed
 
-FOLDERS = (
-    ROOT / "rtl",
-)  # where the sources stand; tests of planted faults put changed copies first
+FOLDERS = (ROOT / "rtl",)  # where the sources are; tests of planted faults put changed copies first
 RESET = 2  # clocks
 
 TEMPLATE = """// Written by tests/servo/clocked.py.
@@ -59,7 +57,7 @@ void clocked_run(const int64_t* in, int64_t* out, uint64_t n, int reset) {{
 class Clocked:
     """Module `top` with these ports (clock and reset apart), each of 64 bits at most.
 
-    folders: where its sources stand, by default `FOLDERS`.
+    folders: where its sources are, by default `FOLDERS`.
     """
 
     def __init__(
@@ -109,7 +107,7 @@ def signed(values: np.ndarray, width: int) -> np.ndarray:
 
 
 class Accesses:
-    """Accesses to registers of a block, one behind the other: a write takes a clock, a read two.
+    """Accesses to registers of a block, one after the other: a write takes a clock, a read two.
 
     columns: what they are at the block's ports, by name.
     """

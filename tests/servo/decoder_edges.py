@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The quadrature decoder over very many edges, as fast as its contract allows: decoder_edges.cpp.
 
-A campaign is made of pieces with a seed each; those done are kept (`BUILD/servo`), under a name
+A campaign is made of pieces with a seed each; those done are cached (`BUILD/servo`), under a name
 with a hash of the sources in it, so that one that was stopped goes on.
 """
 

@@ -41,7 +41,7 @@ class Encoder:
     timeout: int = 120  # clocks without an edge until it is ready
     flip: int | None = None  # this bit of the frame is wrong
     width: int = WIDTH
-    later: tuple[Encoder, ...] = ()  # what it sends in the frames behind this one
+    later: tuple[Encoder, ...] = ()  # what it sends in the frames after this one
 
     def frame(self) -> list[int]:
         """Bits from the second rising edge on."""

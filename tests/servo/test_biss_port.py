@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Absolute encoder through the registers of its port, against the encoder of test_biss.
 
-Accesses stand at fixed clocks: a write takes one, a read two, or the test fails.
+Accesses are at fixed clocks: a write takes one, a read two, or the test fails.
 """
 
 from __future__ import annotations

@@ -56,7 +56,7 @@ def test_mechanics__accelerations_are_those_of_the_rigid_body():
 
 
 def test_averaged_inverter__step_of_the_current_with_dead_time():
-    """All axes behind 10 halves, brakes closed."""
+    """All axes after 10 halves, brakes closed."""
     machine = AveragedPlant(Plant(ROBOT, DRIVES), SETTING, ROBOT.start)
     machine.brakes(0)
     orders = np.zeros((150, 5))
@@ -156,7 +156,7 @@ def test_current_loops__bandwidth_and_margin_on_averaged_inverters():
 def test_current_loops__dead_time_with_noise_and_errors_of_the_sensing():
     """Phases a and b read by 1 + g and 1 - g of their currents (legs 1 and 3): a vector of length I
     that turns is read as one more that turns back, of 2/sqrt(3) g I, and the loop, to which that
-    stands still, makes its opposite."""
+    is still, makes its opposite."""
     found = averaged_turn(ROBOT, DRIVES, SETTING)
     without = averaged_turn(ROBOT, DRIVES, replace(SETTING, compensation=0.0))
     ratio = harmonics(without, SETTING.period) / harmonics(found, SETTING.period)
@@ -174,7 +174,7 @@ def test_current_loops__dead_time_with_noise_and_errors_of_the_sensing():
 
 
 def test_margin__of_a_loop_that_is_known():
-    """An integrator with a crossover of 5 kHz behind a delay of 15 us: 90 - 27 degrees."""
+    """An integrator with a crossover of 5 kHz after a delay of 15 us: 90 - 27 degrees."""
     frequency = np.linspace(200, 20000, 100)
     s = 2j * np.pi * frequency
     loop = 2 * np.pi * 5000 / s * np.exp(-15e-6 * s)

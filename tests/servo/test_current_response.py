@@ -4,7 +4,7 @@
 The function knows resistance, inductance, the PI's design and the instants: run k takes the current
 `LATE` into half period k of the carrier, its voltage is there in half k + 1, all of it.
 Between those instants winding and voltage are those of scipy.signal's zero-order hold. Decoupling,
-Park, space vectors, dead time and its compensation should not be seen: the rotor stands, and no
+Park, space vectors, dead time and its compensation should not be seen: the rotor is at rest, and no
 current is near its zero.
 """
 
@@ -52,7 +52,7 @@ def transfer(motor: Motor, frequency: NDArray[np.float64]) -> NDArray[np.complex
     k_p = motor.L_q / (2 * DELAY)
     control = k_p + k_p * motor.R / motor.L_q * T / (z - 1)
     (left, made), (left_late, made_late) = held(motor, T - LATE), held(motor, LATE)
-    # i[k + 1] of the samples: behind the rest of the old voltage and the first of the new one.
+    # i[k + 1] of the samples: after the rest of the old voltage and the first of the new one.
     plant = (left_late * made / z + made_late) / (z - left * left_late)
     closed = plant * control / (1 + plant * control)
     voltage = control * (1 - closed)

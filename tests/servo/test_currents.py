@@ -85,7 +85,7 @@ def test_slow_values__are_the_weighted_sums_of_the_windows_bits():
     strobes = np.flatnonzero(when["strobe"]).tolist()
     checked = []
     for done in np.flatnonzero(when["done"]):
-        last = strobes.index(done - 4) - 2  # two registers behind the first integrator
+        last = strobes.index(done - 4) - 2  # two registers after the first integrator
         for name, row in zip(("slow_a", "slow_b"), bits, strict=True):
             part = row[last - 3 * SLOW + 3 : last + 1]
             want = int(weights(SLOW) @ part) - SLOW**3 // 2
@@ -132,7 +132,7 @@ def test_overcurrent__a_step_to_the_limit_is_seen_in_2_us(phase, sign):
     found, _ = sense(*bits, limit)
     settled = 100 * CLOCKS_PER_BIT
     over = settled + np.flatnonzero(found["over"][settled:])
-    first = over[0] / CLOCKS_PER_BIT - at  # bits behind the step
+    first = over[0] / CLOCKS_PER_BIT - at  # bits after the step
     assert 0 <= first < 40, "2 us are 40 bits at 20 MHz"
     assert found["over"][-200:].all()
 

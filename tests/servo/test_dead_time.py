@@ -60,7 +60,7 @@ def lost(drives: Drives) -> float:
 
 
 def late(drives: Drives) -> float:
-    """By which both edges of a pulse, their mean, come behind their order [s]."""
+    """By which both edges of a pulse, their mean, come after their order [s]."""
     return (drives.dead_time + drives.delay_on + drives.delay_off) / 2
 
 
@@ -142,7 +142,7 @@ def test_dead_time__fundamental_lost_and_harmonics_of_a_square_wave_with_the_cur
     found, square, most = lines(name), 4 / np.pi * lost(drives), DEVIATIONS * spread(drives)
     away = ordered(drives) - found[1] * impedance(drives, 1)
     np.testing.assert_allclose(np.abs(away), square, rtol=0, atol=most)
-    # In step with the current but for what the harmonics shift its zeros.
+    # In step with the current except for what the harmonics shift its zeros.
     turning = [n for n in range(-PERIOD // 2, PERIOD // 2) if n % 6 == 1 and n != 1]
     harmonics = np.abs(found[turning]).sum(axis=0) / np.abs(found[1])
     assert (np.abs(np.angle(away / found[1])) < harmonics + most / square).all()

@@ -59,7 +59,7 @@ def test_bristle__goes_where_that_of_the_plant_goes():
 
 
 def law_at(counts: float, speed: float, integral: float, moving: float, n: int) -> dict:
-    """A tick of the feed-forward, all axes at home, axis n so many counts behind."""
+    """A tick of the feed-forward, all axes at home, axis n so many counts after."""
     law = friction_law(ROBOT, DRIVES, "feed-forward").function
     values = {law.name_in(k): np.zeros(law.size1_in(k)) for k in range(law.n_in())}
     values |= {"z": 0.6, f"moving{n}": moving}
@@ -89,7 +89,7 @@ def test_move__begins_with_the_last_ones_integral_as_far_as_friction_explains_th
 
 
 def test_slow_move__after_a_rest_errs_at_most_half_of_what_it_does_without(tmp_path):
-    """The table rests for 1.4 s beside a count while the tool moves; then it begins slowly."""
+    """The table rests for 1.4 s next to a count while the tool moves; then it begins slowly."""
     file = tmp_path / "rest.ngc"
     file.write_text(REST)
     path = path_of(ROBOT, file=file)
@@ -104,7 +104,7 @@ def test_kind__unknown_is_refused():
 
 @functools.cache
 def run(kind: str, share: float) -> Whole:
-    """To behind the first reversal of all axes."""
+    """To after the first reversal of all axes."""
     return whole(ROBOT, DRIVES, path_of(ROBOT, 8900, Path(PATH)), kind, share)
 
 

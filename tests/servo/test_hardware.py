@@ -128,7 +128,7 @@ def test_library__chain_and_current_loops_refuse_before_anything_runs(monkeypatc
 
 
 def test_page__own_motor_names_every_parameter_of_the_drives_and_none_that_is_not():
-    """`_legs`, and the same with `_tilt` and `_rotation` by one name; `lugre_*` stands for all."""
+    """`_legs`, and the same with `_tilt` and `_rotation` by one name; `lugre_*` represents all."""
     section = re.search(r"## Your own motor\n(.*?)\n## ", PAGE.read_text(encoding="utf-8"), re.S)
     named = set(re.findall(r"`([A-Za-z]\w*\*?)`", section[1]))
     known = {field.name for field in (*fields(Robot), *fields(Drives))}

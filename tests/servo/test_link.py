@@ -199,7 +199,7 @@ def test_front_end__orders_of_one_clock_and_the_machines_position():
     first, second = 0x3F800000, 0xC0000000
     late = np.where(np.arange(clocks) > 1400, 0x7FFFFFFF, (second << 32) | first)
     found = front_end().run(clocks, **host.columns, order=late)
-    writes = np.flatnonzero(found["core_write"])[:11]  # behind the first window, 1152 clocks
+    writes = np.flatnonzero(found["core_write"])[:11]  # after the first window, 1152 clocks
     assert writes[0] < 1400 and found["core_writedata"][writes][9:11].tolist() == [
         first,
         second - 2**32 if found["core_writedata"].min() < 0 else second,

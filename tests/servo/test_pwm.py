@@ -77,7 +77,7 @@ def test_carrier__is_the_triangle_of_its_halves_with_one_window_each():
     )
     random = np.random.default_rng(SEED)
     halves = [64, *(int(h) for h in random.integers(64, 300, 12)), 64, 4095, 64]
-    half_period = np.repeat(halves[1:] + [0], halves)  # asked for in the half before
+    half_period = np.repeat(halves[1:] + [0], halves)  # requested in the half before
     start = np.repeat(random.integers(0, 320, len(halves)), halves)
     found = carrier.run(sum(halves), half_period=half_period, window_start=start)
     for name, want in triangle(halves).items():
@@ -100,7 +100,7 @@ def test_bound__values_near_0_and_the_half_become_them(minimum):
 
 
 def expected_gates(state: np.ndarray, wait: int) -> np.ndarray:
-    """(high, low) a clock: the gate of the ordered state, `wait` clocks behind the last one on."""
+    """(high, low) a clock: the gate of the ordered state, `wait` clocks after the last one on."""
     gates = np.zeros((len(state), 2), dtype=bool)
     last = 0  # clock in which a gate was on
     for now in range(BEHIND, len(state)):

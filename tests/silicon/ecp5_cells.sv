@@ -3,7 +3,7 @@
 // in Yosys's own share/ecp5/cells_sim.v.
 // Written from Lattice's FPGA-TN-02204 (memory) and FPGA-TN-02205 (sysDSP), for what synth_ecp5 makes of our
 // RTL: no output registers, no chip selects, multipliers without registers.
-// RESETMODE tells nothing apart here: no reset of an output is used, and a design that uses one is stopped.
+// RESETMODE makes no difference here: no reset of an output is used, and a design that uses one is stopped.
 // 2048 memory of 9 bits. A port of 18 or 36 bits has unit enables in its lowest address bits; ports of 1, 2
 // and 4 bits use the lower 8 bits of a unit. A unit that one port reads while the other one writes it reads
 // inverted: the device promises nothing there, so no design may use it.
@@ -90,7 +90,7 @@ module DP16KD (
     endcase
   endfunction
 
-  // What stands there when a port has written: its memory are the enabled ones.
+  // What is there when a port has written: its memory are the enabled ones.
   task automatic store(input int width, input [13:0] address, input [35:0] data);
     case (width)
       36: for (int n = 0; n < 4; n++) if (address[n]) memory[{address[13:5], 2'(n)}] = data[9*n+:9];

@@ -30,7 +30,7 @@ class Outcome:
 
 
 def output_bits(netlist: Netlist) -> list[str]:
-    """Every bit of the outputs, in the order in which they stand behind one another."""
+    """Every bit of the outputs, in the order in which they follow each other."""
     return [
         f"{name}[{n}]"
         for name, (direction, bits) in netlist.ports.items()

@@ -7,12 +7,12 @@
 #include "bench.h"
 
 namespace {
-constexpr int HELD = 64;  // clocks of the reset: pipelines without one are full of the inputs behind it
+constexpr int HELD = 64;  // clocks of the reset: pipelines without one are full of the inputs after it
 
 struct Pair : Bench<Pair, MODEL> {};
 }  // namespace
 
-// Each of `ports` inputs, `bits` wide one behind the other in stimulus_i, keeps its value in half of the
+// Each of `ports` inputs, `bits` wide one after the other in stimulus_i, keeps its value in half of the
 // clocks, else it is random, all ones or all zeros.
 // Returns the first clock with a difference, -1 if there is none; moved: `words` words of the first module's
 // outputs, 1 where a bit changed.

@@ -5,7 +5,7 @@ Yosys writes it (`synth_ecp5`), once per content of the sources. LUTs, flip-flop
 distributed memory are modelled by Yosys's own share/ecp5, block RAM and multipliers by
 ecp5_cells.sv, since Yosys has no model of these. For simulation Yosys puts its models in place of
 the cells, each with its parameters: left to Verilator, those of a core make C++ of 20 MB. There a
-flip-flop has the name of its cell with `.Q` behind, all other names are hidden.
+flip-flop has the name of its cell with `.Q` after, all other names are hidden.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ GATES = "simplemap t:$mux t:$and t:$or t:$xor t:$not; opt_expr -full -mux_bool; 
 
 
 class NetlistError(RuntimeError):
-    """Yosys refused the module; the message ends with the tail of what it said."""
+    """Yosys refused the module; the message ends with the tail of what it printed."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Netlist:
 
     verilog: of cells; model: the same with models in place of most cells, to be simulated; ports:
     name -> (direction, bits), in their order; cells: kind -> number; flip_flops: cell -> path in
-    the source. The cell's own name may be that of a wire behind it, in another block; added: those
+    the source. The cell's own name may be that of a wire after it, in another block; added: those
     of them that the source does not have, which Yosys put around a memory.
     """
 
@@ -88,7 +88,7 @@ def make_netlist(
 ) -> Netlist:
     """Netlist of `top` with those parameters as a module `name`, by default as the top.
 
-    folders: where its sources stand. Raises NetlistError.
+    folders: where its sources are. Raises NetlistError.
     """
     name = name or top
     files = sources_of(top, folders)
@@ -228,7 +228,7 @@ def prove_equivalent(top: str, folders: Sequence[Path] = (ROOT / "rtl",)) -> tup
 
     A point is a bit of an output or of a register that both have: Yosys `equiv_make`, each shown
     from the points before it, for every input and every state in which the points agree. folders:
-    where the RTL of the netlist stands; the other side is rtl/. For modules without block RAM and
+    where the RTL of the netlist is; the other side is rtl/. For modules without block RAM and
     multipliers. Raises NetlistError.
     """
     verilog, registers = _named_netlist(top, folders)

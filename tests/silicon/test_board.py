@@ -71,7 +71,7 @@ def other(request):
 
 
 def connected(board: BoardRtl, divider: int) -> Client:
-    """Client of a board over its pins in this process, behind a reset; then the line is fast."""
+    """Client of a board over its pins in this process, after a reset; then the line is fast."""
     board.button(True)
     board.clock(10)
     board.button(False)

@@ -122,7 +122,7 @@ def test_netlist__that_cannot_be_made__is_a_row_that_is_not_met(monkeypatch):
 
 
 class Stopped:
-    """A core that a fault stops behind two ticks."""
+    """A core that a fault stops after two ticks."""
 
     def load(self, image) -> None:
         pass

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Seeds of place and route as tasks of the campaign runner, with a stand-in for its cluster."""
+"""Seeds of place and route as tasks of the campaign runner, with a substitute for its cluster."""
 
 from __future__ import annotations
 

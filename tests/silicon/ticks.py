@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whole ticks of the tracking programs on the core's netlist beside its RTL, shard by shard.
+"""Whole ticks of the tracking programs on the core's netlist next to its RTL, shard by shard.
 
-A shard begins with the program loaded anew and its part of the path, so shards are tasks of the
+A shard begins with the program loaded again and its part of the path, so shards are tasks of the
 campaign runner (sim/core/fpbench/campaign.py): finished shards are cached, so a stopped
 comparison continues.
 """

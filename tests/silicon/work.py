@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a module does while its netlist is beside it: work that an existing test gives it."""
+"""What a module does while its netlist is next to it: work that an existing test gives it."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def frames(count: int) -> None:
 
 
 def interrupt() -> None:
-    """The master asks for a state, and the application is told."""
+    """The master asks for a state, and the application hears it."""
     with Line() as line:
         line.write(esc_regmap.AL_EVENT_MASK, esc_regmap.AL_EVENT.word(al_control=1))
         asked = esc_regmap.AL_CONTROL.word(state=1).to_bytes(2, "little")

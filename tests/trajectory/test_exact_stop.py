@@ -317,7 +317,7 @@ def test_agh__letter__is_forty_millimetres_high_in_its_own_plane(agh, name):
     points = letter(agh, name)[:, :3]
     normal = np.array(STROKES[name][1])
     *_, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
-    # Flat but for half a step of the number grid at the stops, over strokes of 10 mm and more.
+    # Flat except for half a step of the number grid at the stops, over strokes of 10 mm and more.
     assert abs(axes[2] @ normal) == pytest.approx(1, abs=(GRID / 0.01) ** 2)
     assert np.ptp((points - points[0]) @ normal) < 2 * GRID
     # The end of every stroke falls on a tick or within v T_s of one.

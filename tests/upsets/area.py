@@ -35,7 +35,7 @@ def _mark() -> str:
 
 
 def measure() -> dict[str, list[int]]:
-    """LUTs of each of CORES per order, kept in build. Raises SynthesisError."""
+    """LUTs of each of CORES per order, cached in build. Raises SynthesisError."""
     found = {name: luts(name, parameters) for name, parameters in CORES.items()}
     RESULT.write_text(json.dumps({"rtl": _mark(), "luts": found}) + "\n")
     return found
@@ -89,7 +89,7 @@ def in_order(netlist: Mapping, order: int) -> dict:
 
 
 def measured() -> dict[str, float] | None:
-    """Medians of what `measure` has kept, None if that is of other RTL or missing."""
+    """Medians of what `measure` has saved, None if that is of other RTL or missing."""
     try:
         kept = json.loads(RESULT.read_text())
     except FileNotFoundError:

@@ -87,7 +87,7 @@ def cost() -> dict[str, int]:
 
 def memory_ticks(shards: int) -> dict[str, int]:
     """Flipped bits of program memory and bank K, on the resilient core with `IDLE` clocks between
-    ticks, time for its sweep: how many were found, and most ticks behind that of the upset.
+    ticks, time for its sweep: how many were found, and most ticks after that of the upset.
 
     {"injections", "found", "ticks"}: a bit of the program stays as a stuck one does, until the host
     loads again.
@@ -98,7 +98,7 @@ def memory_ticks(shards: int) -> dict[str, int]:
         for shard in range(shards):
             outcomes = model.inject(draw(model, kind, shard)[:SWEPT_OF_SHARD])
             reported = outcomes["effect"] == EFFECTS.index("fault reported")
-            harmless = outcomes["effect"] == EFFECTS.index("masked")  # an input, written anew
+            harmless = outcomes["effect"] == EFFECTS.index("masked")  # an input, written again
             n += len(outcomes)
             found += int(np.sum(reported | harmless))
             ticks = max(ticks, int(outcomes["ticks"].max()))

@@ -31,7 +31,7 @@ OPEN = ROOT / "sim/rtl/registers.vlt"
 FLAGS = ("--flatten", "--vpi")
 TOP = "TOP.asip"
 TICKS, LATER = 64, 7
-"""Ticks of the reference; ticks watched behind the one with the upset."""
+"""Ticks of the reference; ticks watched after the one with the upset."""
 UPSET = np.dtype([(name, np.uint32) for name in ("tick", "clock", "site", "element", "bit")])
 OUTCOME = np.dtype(
     [(name, np.uint32) for name in ("effect", "cause", "ticks", "unsafe")] + [("worst", np.float64)]

@@ -73,7 +73,7 @@ def places(model: Model, kind: Kind) -> list[tuple[int, np.ndarray]]:
 
 
 def draw(model: Model, kind: Kind, shard: int) -> np.ndarray:
-    """Upsets (SHARD, UPSET) of a shard: every bit of the kind and every clock of a tick alike."""
+    """Upsets (SHARD, UPSET) of a shard: every bit of the kind and every clock of a tick."""
     random = np.random.default_rng([SEED, [k.name for k in KINDS].index(kind.name), shard])
     found = places(model, kind)
     weights = np.array([model.sites[site].bits * len(e) for site, e in found], dtype=float)

@@ -25,7 +25,7 @@ NOTICED = ("masked", "latent", "fault reported")
 
 
 class PairModel(Model):
-    """Both cores open; the host reads STATUS behind the outputs."""
+    """Both cores open; the host reads STATUS after the outputs."""
 
     @staticmethod
     def _library(resilient: bool) -> Path:

@@ -20,7 +20,7 @@ def plain() -> Model:
     return campaign.model_of("plain")
 
 
-KNOWN = {"masked", "corrected", "latent", "fault reported"}  # nothing wrong, or it is told
+KNOWN = {"masked", "corrected", "latent", "fault reported"}  # nothing wrong, or it is reported
 
 
 def effect(model: Model, line: str) -> str:

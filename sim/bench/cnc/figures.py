@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Drive and feed-forward study: figures 10 and 11 of the CNC paper, its other tests, and
 
-the same cases on our robot. Numbers come beside the paper's, or beside a goal of our own where the
-paper has none.
+the same cases on our robot. Numbers come next to the paper's, or next to a goal of our own where
+the paper has none.
 """
 
 from __future__ import annotations

@@ -5,8 +5,8 @@ The speed regulator is g J (1 + 1/(Ti s)) with the delay D of computation, curre
 so its open loop is g (s + 1/Ti) e^(-D s) / s^2. g, Ti and D follow from what the paper measured:
 bandwidth 160 Hz, gain margin 14 dB, phase margin 55 degrees. What the bandwidth is of, the paper
 does not say, so there are three readings (READINGS). In the first the proportional part acts on the
-measured speed alone (I-P), which gives the second-order loop of `drive.py` but for the delay; it is
-the default, and the only one whose load step comes near the paper's. The two others are of a PI
+measured speed alone (I-P), which gives the second-order loop of `drive.py` except for the delay; it
+is the default, and the only one whose load step comes near the paper's. The two others are of a PI
 regulator, and give a softer drive.
 The regulator runs every D / 4: half a sample each for holding the torque and differencing the
 encoder counts, and three samples of computation. The position loop is the one of `drive.py`.

@@ -19,7 +19,7 @@ constexpr double kClock = SERVO_CLOCK, kMagic = 12582912, kBusScale = 0.05, kFul
 static_assert(sizeof(current_loops_inputs) == 26 * sizeof(float), "words of the link and orders");
 static_assert(sizeof(current_loops_outputs) == 15 * sizeof(float), "compare values");
 
-// A phase of an inverter. Clocks of this half period at which its switches change, behind its end: none.
+// A phase of an inverter. Clocks of this half period at which its switches change, after its end: none.
 struct Phase {
   bool ordered = false, high = false, low = true;
   double off = kNever, on = kNever;

@@ -2,8 +2,8 @@
 """The chain with averaged inverters, as a plant of `sim.core.closed_loop`: whole paths in minutes.
 
 Windings, mechanics, friction and sensing are those of `sim.bench.drive.chain`; carrier, filters and
-decoder are their formulas, and the current loops are the program's C, whose bits are the core's but
-for the last bit of a sine that only sets the first angle.
+decoder are their formulas, and the current loops are the program's C, whose bits are the core's
+except for the last bit of a sine that only sets the first angle.
 """
 
 from __future__ import annotations

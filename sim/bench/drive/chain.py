@@ -52,7 +52,7 @@ class Look:
     """State of the plant (five each, SI units), clocks since reset, open brakes as bits.
 
     place, rates: of tool and table (x, y, z, tilt, rotation) and their speeds.
-    shoot_through: edges behind which both gates, or both switches, of a phase are on; silent: clock
+    shoot_through: edges after which both gates, or both switches, of a phase are on; silent: clock
     of the last moment at which all gates went off; chopper: 1 while `chopper_o` is on.
     """
 

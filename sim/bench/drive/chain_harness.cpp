@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // C interface of the Verilated drive_chain with its motors around it (chain.py): encoder edges and modulator
-// bits into it, gate edges out of it. Gates act on the switches behind their delays, at fractions of a
+// bits into it, gate edges out of it. Gates act on the switches after their delays, at fractions of a
 // clock; between two switching edges the windings are exact. Each modulator bit, 6 clocks, currents
 // and encoder lines are renewed; the mechanics take a step every 21 bits.
 #include <algorithm>
@@ -39,7 +39,7 @@ struct System : DualBench<System, Vdrive_chain> {
   double behind[kAxes] = {};        // clock up to which a winding is solved
   bool high[15] = {}, low[15] = {}; // switches that conduct
   uint32_t gates = 0;               // low 15: high gates; next 15: low gates
-  uint32_t shoot_through = 0;       // edges behind which both gates or both switches of a phase are on
+  uint32_t shoot_through = 0;       // edges after which both gates or both switches of a phase are on
   std::deque<Edge> on, off;         // of gates (phase 0..14: high, 15..29: low), on their way to switches
   double first[kAxes][3] = {}, second[kAxes][3] = {};  // integrators of the modulators
   int64_t start[kAxes] = {};        // counts at reset

@@ -4,7 +4,7 @@
 The RTL of the current loops takes the orders and the motion of a recording again, as averaged
 inverters do in `sample.same_currents`, with modulators that begin elsewhere: their bits, and so the
 noise of the sensed currents, are others from then on, and nothing else is. What was simulated is
-kept like a recording.
+cached like a recording.
 """
 
 from __future__ import annotations

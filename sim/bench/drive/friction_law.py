@@ -5,10 +5,10 @@ The feed-forward moves a bristle of its own by the desired speed v, exactly over
 z -> z + (g sign(v) / s0 - z) (1 - exp(-s0 |v| T / g)), and adds s0 z + s1 dz/dt + s2 v to the
 force. The adaptive law scales the bristle's part by an estimate between bounds. A force that is too
 large or too small by a share of the bristle's makes an error that is this share times the bristle's
-force behind the closed loop, s / (m (s + w)^3), and the estimate follows the gradient of that
+force with the closed loop, s / (m (s + w)^3), and the estimate follows the gradient of that
 error's square: error times filtered force, a bounded gradient law [P. A. Ioannou, J. Sun, Robust
 Adaptive Control, 1996, sections 4.3, 4.4; friction: C. Canudas de Wit et al., IEEE TAC 40(3),
-1995]. The filtered force is a pulse behind each reversal and nothing at rest or in a long move,
+1995]. The filtered force is a pulse after each reversal and nothing at rest or in a long move,
 where the error has other causes and friction is the integrator's.
 
 At rest an integrator works against a bristle that takes any force up to the static friction, on an
@@ -60,7 +60,7 @@ def resumed(integral: ca.SX, moving: ca.SX, hidden: float, v: ca.SX) -> ca.SX:
     """Integral to go on with [rad/s^2]: at rest that of the last tick; in motion `moving`, that of
     the last tick in motion, or what is nearest to it within `hidden` of the integral. Friction F
     at rest is -F_s .. F_s, in motion F_c sign(v), so it hides F_s + F_c over the inertia at most;
-    a load that was added at rest stays, but for as much.
+    a load that was added at rest stays, except that much.
     """
     kept = ca.fmax(ca.fmin(moving, integral + hidden), integral - hidden)
     return ca.if_else(v == 0, integral, kept)
@@ -91,7 +91,7 @@ def learning(robot: Robot, n: int, believed: Friction) -> float:
 
 def friction_law(robot: Robot, drives: Drives, kind: str, share: float = 1.0) -> Law:
     """A law of these `KINDS`; share: of the true friction that the law believes in, coulomb,
-    static and viscous alike. Raises ValueError for an unknown kind.
+    static and viscous. Raises ValueError for an unknown kind.
     """
     if kind not in KINDS:
         raise ValueError(f"friction law {kind!r}: must be one of {', '.join(KINDS)}")

@@ -99,7 +99,7 @@ def measure_loops(robot: Robot, drives: Drives, rows: Rows, report: Callable[[st
         report(f"program of five axes on {configuration}")
         found = loop_program(drives, chain, configuration).cycles
         rows.most(f"five current loops on {configuration}", found, "cycles", target)
-    setting = Setting(robot.resolution)  # the loops behind the order filter
+    setting = Setting(robot.resolution)  # the loops after the order filter
     report("step of the current, every clock")
     step, noise = steps(robot, drives, SMALL)
     rises, overshoots = zip(

@@ -54,7 +54,7 @@ def check(robot: Robot, drives: Drives) -> None:
 
 
 def _limits(robot: Robot, drives: Drives) -> Iterator[tuple[str, str, bool, str]]:
-    """Name, unit, whether kept, what the hardware has and the cure."""
+    """Name, unit, whether met, what the hardware has and the cure."""
     fixed = (
         ("T_s", robot.T_s, "s", "a control period", CONTROL_PERIOD),
         ("f_pwm", drives.f_pwm, "Hz", "a period of the carrier", 2 * HALF_PERIOD),

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A piece of the path of reversals on the RTL of the chain, every clock, with a law of friction.
 
-It takes ten minutes for each second of the path, so what was simulated is kept (`BUILD/servo`),
+It takes ten minutes for each second of the path, so what was simulated is cached (`BUILD/servo`),
 named by a hash of the model and all that it ran on.
 """
 
@@ -43,7 +43,7 @@ Progress = Callable[[int], None]
 @dataclass(frozen=True)
 class Recording:
     """N ticks: exact joints (N, 5) and tool (N, 3), commands (N, 5) [N, N m]; half periods
-    (`chain.HALF`); clocks simulated and processor time for them [s]; edges behind which both
+    (`chain.HALF`); clocks simulated and processor time for them [s]; edges after which both
     gates or switches of a phase are on. What the start-up found:
     electrical angles (5,) [rad], currents' offsets (5, 2) [counts]; state before the first tick
     (3, 5): place, rates, bristles (`chain.Look`)."""
@@ -135,7 +135,7 @@ def _keep(place: Path, robot: Robot, drives: Drives, ticks: int, kind: str) -> N
 def recordings(
     robot: Robot, drives: Drives, ticks: int, kinds: Sequence[str], jobs: int
 ) -> dict[str, Recording]:
-    """One for each kind, those that are not kept yet at the same time in `jobs` processes. Raises
+    """One for each kind, those that are not cached yet at the same time in `jobs` processes. Raises
     ControllerFault, StartUpError."""
     places = {kind: place_of(robot, drives, ticks, kind) for kind in kinds}
     missing = {kind: place for kind, place in places.items() if not place.exists()}

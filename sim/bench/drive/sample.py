@@ -3,7 +3,7 @@
 
 Both have the same start-up values, tracking program and plant, from the state that the alignment
 leaves. Once the averaged inverters take the orders and the motion of the RTL: then the currents are
-the same but for what the noise of the RTL does, which says when a current leaves the zone of the
+the same except for what the noise of the RTL does, which says when a current leaves the zone of the
 dead time and whether a pulse is long enough to be made; `draws` says how much that is. And each
 runs in closed loop of its own, the averaged inverters with the noise of the modulators: then the
 largest errors are the same, which is what whole paths are run for. At every instant they are not:
@@ -53,13 +53,13 @@ class Sample:
 
     @property
     def difference(self) -> NDArray[np.float64]:
-        """Of the largest errors, RTL against averaged, behind the first 50 ms (5,)."""
+        """Of the largest errors, RTL against averaged, after the first 50 ms (5,)."""
         averaged = np.abs(self.averaged_error)[SETTLED:].max(axis=0, initial=0.0)
         return np.abs(self.largest - averaged)
 
     @property
     def largest(self) -> NDArray[np.float64]:
-        """Of the errors behind the first 50 ms (5,)."""
+        """Of the errors after the first 50 ms (5,)."""
         return np.abs(self.error)[SETTLED:].max(axis=0, initial=0.0)
 
     @property
@@ -74,21 +74,21 @@ def per_tick(halves: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def same_currents(machine: AveragedPlant, rtl: Run | Recording) -> NDArray[np.float64]:
-    """Difference (ticks, 5) of i_q [A], means of a tick behind the first `SKIP`, where the averaged
+    """Difference (ticks, 5) of i_q [A], means of a tick after the first `SKIP`, where the averaged
     inverters take the orders and the motion of the RTL."""
     ticks = len(rtl.halves) // 10 - 2
     position = rtl.halves["position"]
     middle = (position[:-1] + position[1:]) / 2  # of a half of the carrier
     orders = np.repeat(rtl.commands[:ticks], 10, axis=0)
     found = machine.halves(orders, middle[BEFORE - 2 :][: len(orders) + 1])[:, 5:10]
-    # Theirs are currents at the ends of halves, the RTL's are means around `LAG` behind these.
+    # Theirs are currents at the ends of halves, the RTL's are means around `LAG` after these.
     found[:-1] += LAG / Setting.period * np.diff(found, axis=0)
     same = rtl.halves["i_q"][BEFORE:][: len(found)]
     return per_tick(found - same)[SKIP:]
 
 
 def sample(robot: Robot, drives: Drives, kind: str, rtl: Recording) -> Sample:
-    """A recording of a law of `KINDS` beside averaged inverters. Raises ControllerFault."""
+    """A recording of a law of `KINDS` next to averaged inverters. Raises ControllerFault."""
     path = path_of(robot, len(rtl.joints), PATH)
     desired = joint_path(robot, path)[0]
     setting = Setting(robot.resolution, order_filter=ORDER_FILTER)
@@ -115,6 +115,6 @@ def sample(robot: Robot, drives: Drives, kind: str, rtl: Recording) -> Sample:
 def samples(
     robot: Robot, drives: Drives, ticks: int, kinds: Sequence[str], jobs: int = 2
 ) -> dict[str, Sample]:
-    """A sample for each kind; recordings are kept. Raises ControllerFault, StartUpError."""
+    """A sample for each kind; recordings are cached. Raises ControllerFault, StartUpError."""
     found = recordings(robot, drives, ticks, kinds, jobs)
     return {kind: sample(robot, drives, kind, rtl) for kind, rtl in found.items()}

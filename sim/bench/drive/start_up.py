@@ -227,7 +227,7 @@ def align(
     A current vector bends the closed brake of its axis by its force, which goes with the cosine of
     the angle between vector and force. Sine and cosine of the angle are fitted to what the counts
     say, with an offset for what else bends the brake. The vectors' `DIRECTIONS`, in a
-    square, leave out what the reluctance adds, and one behind its opposite is late in its size, not
+    square, leave out what the reluctance adds, and one after its opposite is late in its size, not
     in its angle. share: of i_max; dwell: for each [s], and without current at the end,
     until the joint is at rest. Raises StartUpError if an axis does not answer, or not as a motor
     does.

@@ -45,7 +45,7 @@ class FrictionController(NativeController):
 @dataclass(frozen=True)
 class Whole:
     """Errors (N, 5) of the exact joints [m, rad], (N,) of the tool [m]; largest of leg, tool, table
-    behind 50 ms, and of leg and table within `AFTER` of a reversal."""
+    after 50 ms, and of leg and table within `AFTER` of a reversal."""
 
     error: NDArray[np.float64]
     tool: NDArray[np.float64]

@@ -121,7 +121,7 @@ def results(
 ) -> dict[str, Any]:
     """The content of build/dual/results.json after the ticks done, at least one.
 
-    desired: planned joints, (N, 5). Tracking is judged after 50 ms, before that it is None. Raises
+    desired: planned joints, (N, 5). Tracking is checked after 50 ms, before that it is None. Raises
     ControllerFault if the system's registers contradict the run.
     """
     controller, n, nominal = loop.controller, loop.done, nominal_clocks(robot)
@@ -285,7 +285,7 @@ def replaced(text: str, data: dict[str, Any]) -> str:
 
 
 def publish(results_file: Path, page: Path = PAGE, kept: Path = DATA) -> None:
-    """Put the figures of a complete run of A-G-H on the page and keep them beside it.
+    """Put the figures of a complete run of A-G-H on the page and keep them next to it.
 
     Raises PageError for results of another path or of a part.
     """

@@ -105,7 +105,7 @@ class TwoProcessors:
         self._written = room
 
     def append(self, moves: Sequence[Move]) -> None:
-        """Further moves behind the present ones."""
+        """Further moves after the present ones."""
         self._moves = [*self._moves, *moves]
         self.feed()
 

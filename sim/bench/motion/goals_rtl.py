@@ -87,7 +87,7 @@ def jitter() -> Goal:
 
 
 def drive_times(settings: int) -> Goal:
-    """Moves there and back without rest at random drive timing: settings with a time not kept."""
+    """Moves there and back without rest at random drive timing: settings with a time not met."""
     random, wrong = np.random.default_rng(SEED), 0
     for _ in range(settings):
         length, space, setup, hold = random.integers(1, 120, 4).tolist()

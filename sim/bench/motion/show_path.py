@@ -44,11 +44,11 @@ M2
 """
 FILE = "g64_rtl.svg"
 TICK_CLOCKS = CLOCK_HZ // 1_000_000
-# A record waits for the first tick behind its release and is taken in it; its first rate counts
+# A record waits for the first tick after its release and is taken in it; its first rate counts
 # from the tick after that.
 START_TICKS = 1
 BOUND = 1.0  # steps: half a step of rounding, and half a step at a change of direction
-TIMING = 40  # clocks of a step line high, low; of the direction before, behind a step
+TIMING = 40  # clocks of a step line high, low; of the direction before, after a step
 CHUNK = 20_000  # clocks between two looks at the rings
 
 
@@ -57,8 +57,8 @@ class PathRun:
     """What was planned and what the drive lines did.
 
     points: set-points; wanted: steps (5,) of the whole path; counted: POSITION of each axis; edges:
-    per axis the seconds of its steps since the start and its count behind each; deviation (5,):
-    greatest difference [steps] between count and planned joint, before and behind every step and
+    per axis the seconds of its steps since the start and its count after each; deviation (5,):
+    greatest difference [steps] between count and planned joint, before and after every step and
     at every set-point; records and reversals per axis.
     """
 
@@ -75,7 +75,7 @@ class PathRun:
     reversals: list[int]
 
     def commanded(self) -> Setpoints:
-        """The poses that the counted steps stand for at the set-points: forward kinematics."""
+        """The poses that the counted steps represent at the set-points: forward kinematics."""
         times = np.arange(len(self.points), dtype=float) * self.period
         start = joints(self.robot, self.points, self.steps)[0][0]
         places = start + np.stack([_counts(*edge, times) for edge in self.edges], axis=1)

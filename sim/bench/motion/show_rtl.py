@@ -26,7 +26,7 @@ TICK_CLOCKS = CLOCK_HZ // 1_000_000
 CHUNK = 5_000_000  # clocks between two progress calls
 FILE = "scurve_fig12_rtl.svg"
 # Estimated from the paper's rule without this RTL: phases end at the ceilings of their
-# displacements and rates change behind a pulse only, so the move ends early and too fast. How the
+# displacements and rates change after a pulse only, so the move ends early and too fast. How the
 # speed at the entry of a phase was set for the estimate is not recorded; here: the planned one.
 ESTIMATE = {"duration": "0.8605", "speed": "15.85"}
 
@@ -79,7 +79,7 @@ def run(mode: str, progress: Callable[[int], None] = lambda ticks: None) -> Move
 
 
 def last_speed_of_plan(plan: RampTimePlan) -> float:
-    """Mean speed [mm/s] between the places of the last two pulses, which stand for n - 1/2."""
+    """Mean speed [mm/s] between the places of the last two pulses, which represent n - 1/2."""
     count = plan.length * PULSES_PER_MM
     times = []
     for place in (count - Fraction(3, 2), count - Fraction(1, 2)):
@@ -93,7 +93,7 @@ def last_speed_of_plan(plan: RampTimePlan) -> float:
 
 
 def results(moves: dict[str, Move]) -> list[Result]:
-    """Figures beside the plan's (derived from the paper) and the estimate for its rule."""
+    """Figures next to the plan's (derived from the paper) and the estimate for its rule."""
     plan = figure_12()
     wanted = {
         "time-exact": (f"{float(plan.total_time):.4f}", f"{last_speed_of_plan(plan):.2f}"),
@@ -123,7 +123,7 @@ def draw(moves: dict[str, Move], output: Path) -> None:
     for mode, move in moves.items():
         middle = (move.pulses[1:] + move.pulses[:-1]) / 2
         rows[0].plot(middle, 1 / np.diff(move.pulses) / PULSES_PER_MM, lw=0.9, label=mode)
-        # pulse n stands for n - 1/2
+        # pulse n represents n - 1/2
         ideal = plan.sample(move.pulses).position * PULSES_PER_MM
         rows[1].plot(move.pulses, np.arange(len(ideal)) + 0.5 - ideal, lw=0.9, label=mode)
     t = np.linspace(0.0, float(plan.total_time), 400)

@@ -10,7 +10,7 @@ to a phase, and a step is due whenever that passes a modulus (velocity_control, 
 the encoder keeps count and phase of each axis exactly, and every record aims from where the
 hardware will be to where the joint should be: errors do not add up, whatever the length.
 
-A step stands for the place where it is half done; count and phase together are a place too:
+A step represents the place where it is half done; count and phase together are a place too:
 count +- (phase - 1/2). At a change of direction the phase is centred (flag FIRST), which moves that
 place by half a step at most. The axis waits there while the joint has not yet come so far back.
 """
@@ -86,7 +86,7 @@ class AxisEncoder:
 
     @property
     def place(self) -> float:
-        """Place [steps] from the start that count and phase stand for."""
+        """Place [steps] from the start that count and phase represent."""
         return self.count + self.sign * (self.phase / UNITS_PER_PULSE - 0.5)
 
     def records(
@@ -219,7 +219,7 @@ class PathEncoder:
 
 
 def published(records: Sequence[Record]) -> tuple[NDArray[np.int64], FloatArray]:
-    """Count and place [steps] that records stand for after each of their ticks, from 0.
+    """Count and place [steps] that records represent after each of their ticks, from 0.
 
     By the headers of velocity_control and pulse_generator: for checks of the encoder without them.
     """

@@ -60,7 +60,7 @@ class Request:
 
 
 def side_by_side(request: Request, say: Callable[[str], None]) -> dict[str, Any]:
-    """Everything that was measured, for JSON. `say` is told what comes next.
+    """Everything that was measured, for JSON. `say` hears what comes next.
 
     Raises CompilerError (no cross compiler), CoreFault, NiosError.
     """
@@ -81,7 +81,7 @@ def side_by_side(request: Request, say: Callable[[str], None]) -> dict[str, Any]
 def on_core(
     request: Request, forms: dict[str, Compiled], say: Callable[[str], None]
 ) -> dict[str, Any]:
-    """Cycles of the core, all ticks alike, and whether its bits are the interpreter's."""
+    """Cycles of the core, the same in each tick, and whether its bits are the interpreter's."""
     built = {
         name: build(compiled, request.folder / f"side_{k}.s")
         for k, (name, compiled) in enumerate(forms.items())

@@ -4,9 +4,9 @@
 First-order rounding analysis with the unit roundoff u = 2^-24, evaluated at every tick from the
 reference's own quantities, for any valid robot. The reference sees the same binary32 set-points and
 counts as the program, so the bounds are about arithmetic alone. Two analyses: `printed`, for the
-formulas of (7)-(37) as they stand, with or without fused multiply-adds (the PC, FPGA1, FPGA2, the
-as-printed program), and `optimised`, for asip_asm/programs/tracking_law.inc, with differences of
-counts (tracking_optimised.s) or with observers (tracking_observer.s).
+formulas of (7)-(37) as they are printed, with or without fused multiply-adds (the PC, FPGA1, FPGA2,
+the as-printed program), and `optimised`, for asip_asm/programs/tracking_law.inc, with differences
+of counts (tracking_optimised.s) or with observers (tracking_observer.s).
 
 Numbers such as 5u count the roundings that a value goes through: one per operation, one per
 constant that binary32 does not hold.

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the results of the main job must keep: error bounds, the PC's words, tracking targets; and
-the goals that a run can check by itself, beside what it measured."""
+the goals that a run can check by itself, next to what it measured."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def _bounds(data: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
 
 
 def _words(data: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
-    """FPGA1 and FPGA2 evaluate the PC's formulas: the same words, but for the sine's last bit."""
+    """FPGA1 and FPGA2 evaluate the PC's formulas: all words equal but the sine's last bit."""
     for platform, measured in data.get("nios", {}).items():
         for row, ticks in measured["words_other_than_pc_float32"].items():
             if row != "tau4":

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The tracking program on the Nios II systems FPGA1 and FPGA2, measured beside the ASIP.
+"""The tracking program on the Nios II systems FPGA1 and FPGA2, measured next to the ASIP.
 
 The systems take thousands of cycles per tick, so the main job runs a stated sample of the path: the
 first and the last ticks, windows between them and one where most integrators are boosted. At the

@@ -22,7 +22,7 @@ class TickProgress:
     """Named tasks that advance in ticks; a context manager.
 
     work: ticks and seconds per tick of every task to come, from which the time left of all is
-    told. Without it each task tells its own on a terminal.
+    told. Without it each task reports its own on a terminal.
     """
 
     def __init__(
@@ -69,7 +69,7 @@ class TickProgress:
             self._console.print(f"      {name}: {task.completed:.0f} of {total:.0f} ticks{left}")
 
     def _left(self) -> str:
-        """Time left of all tasks, once it can be told."""
+        """Time left of all tasks, once it is known."""
         if not self._done > 0.0:
             return ""
         passed = time.monotonic() - self._begin

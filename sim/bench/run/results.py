@@ -144,7 +144,7 @@ def results(
     common: Comparison,
     single: TrackingResult,
 ) -> dict[str, Any]:
-    """The content of build/results.json, but for FPGA1 and FPGA2.
+    """The content of build/results.json, except for FPGA1 and FPGA2.
 
     runs: the programs of FPGA3 with the comparison of each on the counts that it saw; common, and
     single, the printed formulas in float32 (the PC column): on those of the first run.

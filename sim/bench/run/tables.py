@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The tables that `make run` prints, measured figures beside the published ones.
+"""The tables that `make run` prints, measured figures next to the published ones.
 
 A platform that did not run has no entries in the results, and then no rows or columns here.
 """
@@ -21,7 +21,7 @@ from sim.robot.records import OUTPUTS, TABLE_3
 from sim.rtl.figures import measured_at
 
 ROOT = Path(__file__).resolve().parents[3]
-# Area and clock as synthesised here, else as last measured and kept, each top with its commit.
+# Area and clock as synthesised here, else as last measured and saved, each top with its commit.
 SYNTHESIS = (ROOT / "build/synth.json", ROOT / "docs/data/synthesis.json")
 UNITS = {"l": "m", "v": "m/s", "a": "m/s²", "theta": "rad", "omega": "rad/s", "eps": "rad/s²"}
 UNITS |= {"F": "N", "tau": "N·m"}
@@ -42,7 +42,7 @@ VARIANTS = {
     "unoptimised": "-O0",
     "double_library": "double sqrt",
 }
-# Keys of results.json beside those of the published table 1.
+# Keys of results.json other than those of the published table 1.
 OPERATIONS = {
     "add_sub": ("+ −", "add_sub"),
     "mul": ("×", "mul"),
@@ -158,7 +158,7 @@ def error_table(results: dict[str, Any], published: Published) -> Table:
 
 
 def nios_error_table(results: dict[str, Any], published: Published) -> Table:
-    """Table 3 of FPGA1 and FPGA2, beside the PC on the same ticks."""
+    """Table 3 of FPGA1 and FPGA2, next to the PC on the same ticks."""
     measured = results.get("nios", {})
     ticks = ", ".join(f"{p.upper()} {m['replayed_ticks']}" for p, m in measured.items())
     table = _table(
@@ -258,7 +258,7 @@ def synthesised() -> dict[str, Any]:
 
 
 def resource_table(document: Mapping[str, Any], published: Published) -> Table:
-    """Table 4. document: build/synth.json or what is kept of it, or nothing."""
+    """Table 4. document: build/synth.json or what is saved of it, or nothing."""
     where = f"measured at commit {measured_at(document['tops'])}; " if document else ""
     table = _table(
         "Table 4  resources",

@@ -31,7 +31,7 @@ class WorkerLost(RuntimeError):
 
 
 def _begin(reports: Queue) -> None:
-    """A worker leaves Ctrl-C to the main process and ends at once when told so."""
+    """A worker leaves Ctrl-C to the main process and ends at once on request."""
     global _reports
     _reports = reports
     signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -139,7 +139,7 @@ class Row:
         }
 
     def _axes(self) -> dict[str, dict[str, Any]]:
-        """Per axis: unit, ratio, on the core root mean square of the error behind the start and
+        """Per axis: unit, ratio, on the core root mean square of the error after the start and
         largest error of all ticks.
         """
         loop = self.loop

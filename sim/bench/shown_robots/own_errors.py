@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Errors of the own robot's laws in Python beside those of the assembly programs, as in table 3 of
+"""Errors of the own robot's laws in Python next to those of the assembly programs, as in table 3 of
 the main job: a program in closed loop with the rigid body along the path A-G-H, its outputs against
 double precision on the counts that it saw.
 """
@@ -56,7 +56,7 @@ def output_errors(
 
 
 def as_printed(error: float) -> float:
-    """Digits of table 3: behind them a run differs from the next, since the rounding of the
+    """Digits of table 3: after them a run differs from the next, since the rounding of the
     set-points, the same for all programs, is nearly all of the optimised programs' errors.
     """
     return float(f"{error:.2e}")

@@ -27,7 +27,7 @@ def text(value: str) -> str:
 
 
 def header(device: Device) -> str:
-    """gen/objects.h: constants of the device and where the values stand."""
+    """gen/objects.h: constants of the device and where the values are."""
     head, mailbox, process = device.device, device.mailbox, device.process_data
     own = [o for o in device.own if not o.special]
     maps = max(len(device.direction("rx")), len(device.direction("tx")))
@@ -207,14 +207,14 @@ def word(entry: Entry, value: float) -> int:
 
 
 def image(data: bytes) -> str:
-    """gen/sii.c: the SII image without the padding behind it."""
+    """gen/sii.c: the SII image without the padding after it."""
     used = data.rstrip(b"\xff") + b"\xff\xff"
     rows = [", ".join(f"0x{b:02X}" for b in used[at : at + 16]) for at in range(0, len(used), 16)]
     return "\n".join(
         [
             "/* SPDX-License-Identifier: Apache-2.0 */",
             f"/* {ORIGIN} */",
-            "/* The SII image; what is behind it is 0xFF. */",
+            "/* The SII image; what is after it is 0xFF. */",
             '#include "../esc_nios.h"',
             "",
             f"const uint16_t sii_bytes = {len(used)};",

@@ -79,11 +79,11 @@ class Entry:
 
     @property
     def format(self) -> str:
-        """Of struct, for a value as it stands in memory."""
+        """Of struct, for a value as it is in memory."""
         return "<" + TYPES[self.type].format
 
     def data(self) -> builtins.bytes:
-        """The default as it stands in memory."""
+        """The default as it is in memory."""
         if self.type == "string":
             return str(self.default or "").encode()
         return struct.pack(self.format, self.default)
@@ -151,8 +151,8 @@ class Device:
         return sum(p.bytes for p in self.direction(direction))
 
     def places(self, direction: str) -> Iterator[tuple[int, Pdo, Object, Entry]]:
-        """What is mapped after reset but for padding: its first byte in the process data, its PDO,
-        the object and its entry."""
+        """What is mapped after reset except for padding: its first byte in the process data, its
+        PDO, the object and its entry."""
         at = 0
         for pdo in self.direction(direction):
             for index, subindex, bits in pdo.entries:
@@ -309,7 +309,7 @@ class _Reader:
 def listed(
     name: str, kind: str, base: str, field: str, values: list[int], count: int
 ) -> tuple[Entry, ...]:
-    """Entries that a master writes in PREOP, behind subindex 0, which says how many count."""
+    """Entries that a master writes in PREOP, after subindex 0, which says how many count."""
     size = TYPES[kind].bits // 8
     first = Entry(0, "Number of entries", "u8", "preop", f"{base}.count", count, bytes=1)
     rest = (
@@ -320,7 +320,7 @@ def listed(
 
 
 def counted(entries: list[Entry]) -> tuple[Entry, ...]:
-    """The entries behind subindex 0, which tells the highest subindex."""
+    """The entries after subindex 0, which is the highest subindex."""
     last = entries[-1].subindex
     return (Entry(0, "Number of entries", "u8", "const", "", last, bytes=1), *entries)
 

@@ -70,7 +70,7 @@ LOG = np.dtype(
 
 
 class Drives:
-    """The state machines of five drives, driven by LinuxCNC's flags, and what LinuxCNC is told."""
+    """The state machines of five drives, driven by LinuxCNC's flags, and what LinuxCNC hears."""
 
     def __init__(self, device: Device) -> None:
         self.device = device
@@ -157,7 +157,7 @@ class Drives:
 
 
 def set_up(device: Device, pose: Sequence[float]) -> list[tuple[int, bytes]]:
-    """Objects before OP: each axis homes where it stands, which is this pose [m, rad]."""
+    """Objects before OP: each axis homes where it is, which is this pose [m, rad]."""
     found = []
     for axis, (place, increment) in enumerate(zip(pose, increments(device), strict=True)):
         offset = round(place / increment).to_bytes(4, "little", signed=True)

@@ -100,8 +100,8 @@ class Run:
         }
 
     def after_fault(self) -> dict[str, Any] | None:
-        """From the fault on, in ticks: until the robot stands, until the brakes are closed; how far
-        the tool went [m]; the state that LinuxCNC is in, and its messages."""
+        """From the fault on, in ticks: until the robot is at rest, until the brakes are closed; how
+        far the tool went [m]; the state that LinuxCNC is in, and its messages."""
         fault = self.first("fault")
         if not fault:
             return None

@@ -59,7 +59,7 @@ class Screen:
         return self.hal.get_value(self.pins + name)
 
     def messages(self) -> None:
-        """What LinuxCNC tells its operator: errors, and texts of the program."""
+        """What LinuxCNC reports to its operator: errors, and texts of the program."""
         wrong = (self.cnc.NML_ERROR, self.cnc.OPERATOR_ERROR)
         while found := self.errors.poll():
             self.say("message" if found[0] in wrong else "note", text=found[1].strip())

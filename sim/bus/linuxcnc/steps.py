@@ -38,7 +38,7 @@ WORD = REGMAP.address("PATH_WORD")
 class Port:
     """The host port of the front-end.
 
-    wanted: steps that the commands have asked for by axis (5,); history: the same at the end of
+    wanted: steps that the commands have requested by axis (5,); history: the same at the end of
     each period, with its clock.
     """
 

@@ -121,7 +121,7 @@ def check_reference(arguments: argparse.Namespace) -> int:
 
 
 def size(op: str, kind: str) -> int:
-    """Cases of a kind; the table is the same in every unit's library, so the smallest one tells."""
+    """Cases of a kind; the table is the same in every unit's library, so the smallest one does."""
     return Unit("fp_add").size(op, kind)
 
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Judge of sine and cosine: error in ulp against the host's double-precision functions.
+// check of sine and cosine: error in ulp against the host's double-precision functions.
 //
 // glibc's sin and cos are below one ulp of double. A float's ulp is 2^29 of those in the same binade,
 // so the error is known to better than 2^-28 of a float's ulp; sincos.py checks the worst cases
@@ -38,7 +38,7 @@ inline double error_ulp(double exact, u32 result) {
   return std::fabs(double(reference::number(result)) - exact) * scale;
 }
 
-// Judges one result; false: wrong. `want` receives the reference's bits for the failure line.
+// Checks one result; false: wrong. `want` receives the reference's bits for the failure line.
 inline bool judge(bool cosine, u32 a, u32 got, u8 got_flags, double bound, Statistics &s, u32 &want,
                   u8 &want_flags) {
   const u32 m = a & ~reference::SIGN;

@@ -136,7 +136,7 @@ def run(
 
     `done` is called with each result after it is stored, `failed` with the text of what kept a task
     from running (sources that changed meanwhile, a unit that does not build). A task per worker is
-    in flight: more could wait behind a long one while another worker has nothing to do.
+    in flight: more could wait after a long one while another worker has nothing to do.
 
     The processes of this machine are reached through pipes. A Dask cluster has ports that run what
     any client sends: it is used only where the user has set one up.

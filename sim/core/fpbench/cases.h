@@ -37,7 +37,7 @@ inline void add_pair(Random &g, u32 &a, u32 &b) {
     case 2: case 3: b = with_exponent(g, int(exponent(a)) + g.range(-60, 60)); break;
     case 4: b = nudged(g, a, 3) ^ SIGN; return;
     case 5: b = with_exponent(g, int(exponent(a)) + g.range(-1, 1)); break;
-    case 6: {  // b is an odd multiple of half an ulp of a, or just beside
+    case 6: {  // b is an odd multiple of half an ulp of a, or just next to
       const int e = std::max(1, int(exponent(a)));
       b = with_exponent(g, e - 24 + g.range(0, 2)) & ~((1u << g.range(20, 23)) - 1);
       if (!g.below(4)) b ^= 1;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// fp_lane: one arithmetic unit of rtl/fpu behind the pins that all lanes of the fast bench share.
+// fp_lane: one arithmetic unit of rtl/fpu with the pins that all lanes of the fast bench share.
 // The macro FPBENCH_<UNIT> chooses the unit. Simulation only.
 // Contract: control_i is the operation as numbered in operations.h; operands that the unit does not
 // have are ignored; ready_o is high whenever the unit takes a new operation at the next edge.

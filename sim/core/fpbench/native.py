@@ -224,7 +224,7 @@ class Unit:
     """The Verilated lanes of one unit; built on first use.
 
     `rtl` is a folder with the files of rtl/fpu (a copy with a fault, for example), `defines` macros
-    for its RTL, `top` the sources above the unit if not all lanes are to be alike.
+    for its RTL, `top` the sources above the unit if not all lanes are to be the same.
     """
 
     def __init__(

@@ -34,7 +34,7 @@ class Random {
     return result;
   }
   u32 word() { return u32(next() >> 32); }
-  // Uniform in 0 .. n - 1 but for a bias below n / 2^32.
+  // Uniform in 0 .. n - 1 except for a bias below n / 2^32.
   u32 below(u32 n) { return u32(u64(word()) * n >> 32); }
   int range(int low, int high) { return low + int(below(u32(high - low + 1))); }
 

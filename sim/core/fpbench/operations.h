@@ -21,7 +21,7 @@ struct Operation {
   unsigned operands;  // a; a, b; a, b, c
   unsigned control;   // see fp_lane.sv
   Family family;
-  Value (*reference)(u32, u32, u32);  // null: judged by its error, see angles.h
+  Value (*reference)(u32, u32, u32);  // null: checked by its error, see angles.h
 };
 
 constexpr u32 S = reference::SIGN;

@@ -148,8 +148,8 @@ void asip_read_outputs(const asip *core, uint32_t *words);
  * cause, and asip_clear with asip_preset_states goes on. After the others they are not read. */
 asip_result asip_tick(const asip *core, const uint32_t *inputs, uint32_t *outputs, uint32_t polls);
 
-/* asip_tick of a core with redundancy (CONFIG.resilience): STATUS is read again behind the outputs,
- * because a bit that flips in a stored output is found when it is read, and where it tells of no run,
+/* asip_tick of a core with redundancy (CONFIG.resilience): STATUS is read again after the outputs,
+ * because a bit that flips in a stored output is found when it is read, and where it reports no run,
  * because a bit of it may have flipped on its way. After ASIP_FAULTED the
  * outputs are the safe values; load the image again if the cause is MEMORY, CONTROL or DISAGREE. */
 asip_result asip_checked_tick(const asip *core, const uint32_t *inputs, uint32_t *outputs,
@@ -164,7 +164,7 @@ asip_result asip_checked_tick(const asip *core, const uint32_t *inputs, uint32_t
 asip_result asip_set_plausible(const asip *core, unsigned output, float least, float most,
                                float slew);
 
-/* The output is not judged from the next run on. ASIP_OK or ASIP_NO_RECORD. */
+/* The output is not checked from the next run on. ASIP_OK or ASIP_NO_RECORD. */
 asip_result asip_end_plausible(const asip *core, unsigned output);
 
 /* The next runs are of this function of the image: three writes. asip_load selects the first. */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Driver demonstration: loads leg_length.s and runs ticks, one per argument "x,y,z,count". A tick
  * prints its outputs, export and cycles. A fault prints its cause, bundle or output and the safe
- * outputs; it is then cleared and the states start anew. Exit status: 1 if there is no core, the
+ * outputs; it is then cleared and the states start again. Exit status: 1 if there is no core, the
  * image does not fit or a run does not end. On a board asip_memory_bus replaces the simulation. */
 #include <inttypes.h>
 #include <stdio.h>

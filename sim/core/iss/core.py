@@ -413,7 +413,7 @@ class Iss:
         )
 
     def _count(self, executed: tuple[int, ...]) -> Counter[str]:
-        """Operations per mnemonic; the result for the last pattern of executed bundles is kept."""
+        """Operations per mnemonic; the result of the last pattern of bundles is cached."""
         if executed != self._counted[0]:
             counts: Counter[str] = Counter()
             for step, times in zip(self._steps, executed, strict=True):
@@ -424,7 +424,7 @@ class Iss:
         return self._counted[1].copy()
 
     def _outside(self, position: int) -> RunFault:
-        """Fault of a bundle behind the program; empty program memory reads as zero."""
+        """Fault of a bundle after the program; empty program memory reads as zero."""
         return RunFault(Fault.ADDRESS if position >= isa.PROGRAM_BUNDLES else Fault.ILLEGAL)
 
     def misses_outputs(self, written: set[int]) -> bool:
@@ -469,7 +469,7 @@ class Iss:
         self, step: _Step, position: int, written: set[int], writes: dict[str, list[int]]
     ) -> int | None:
         """Do a bundle; adds the outputs to `written`, with tracing the bits to `writes`. The next
-        position, None behind the last bundle. Raises RunFault.
+        position, None after the last bundle. Raises RunFault.
         """
         registers = self._registers
         for pipe in step.takes:

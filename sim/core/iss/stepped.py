@@ -9,7 +9,7 @@ from sim.core.iss.isa import Fault, IllegalOperation
 
 
 class SteppedRun:
-    """A run of a loaded program that stands before bundle `position`; None when it is over.
+    """A run of a loaded program that is before bundle `position`; None when it is over.
 
     fault, fault_bundle: why and where it ended otherwise; bundles executed so far; writes: words
     that the last bundle wrote, by register or output, of a model that traces.

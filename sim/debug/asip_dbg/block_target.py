@@ -33,7 +33,7 @@ def _first_lane(place: str) -> None:
 
 
 class BlockTarget:
-    """A `Target` behind a client; `connect` makes one, again after the target was gone.
+    """A `Target` over a client; `connect` makes one, again after the target was gone.
 
     Raises TargetGone if there is nothing at the other end.
     """

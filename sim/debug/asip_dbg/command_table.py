@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The table of asip-dbg's commands: names, usage, help, the search for a name; and what stands
-behind a name: forms, counts, numbers, conditions."""
+"""The table of asip-dbg's commands: names, usage, help, the search for a name; and what is
+after a name: forms, counts, numbers, conditions."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Quit(Exception):
 
 
 Action = Callable[[Any, str], None]
-"""Method of `Commands`: gets what stands behind the name."""
+"""Method of `Commands`: gets what follows the name."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ def find_command(word: str) -> Command:
 
 
 def form_of(rest: str) -> tuple[str, str]:
-    """Form of a `/x` and the text behind it."""
+    """Form of a `/x` and the text after it."""
     match = re.match(r"/(\S*)\s*", rest)
     if match is None:
         return "", rest
@@ -97,7 +97,7 @@ def form_of(rest: str) -> tuple[str, str]:
 
 
 def condition_of(rest: str) -> tuple[str, str]:
-    """Text before an `if`, and the expression behind it."""
+    """Text before an `if`, and the expression after it."""
     if len(rest) > CHARACTERS:
         raise CommandError(f"a place has at most {CHARACTERS} characters")
     match = re.search(r"(?:^|\s)if\s+(.*)$", rest)
@@ -120,6 +120,6 @@ def numbers_of(rest: str) -> list[int]:
 
 
 def nothing_in(rest: str, name: str) -> None:
-    """Refuse text behind a command that takes none."""
+    """Refuse text after a command that takes none."""
     if rest:
         raise CommandError(f"{name} takes no argument; got '{shortened(rest)}'")

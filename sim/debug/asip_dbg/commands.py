@@ -126,12 +126,12 @@ class Commands:
 
     @command("continue", "c", "cont", repeats=True, runs=True)
     def resume(self, rest: str) -> None:
-        """Go on to the next stop, or to the end of the ticks that run or tick asked for."""
+        """Go on to the next stop, or to the end of the ticks that run or tick requested."""
         self._stopped(self.session.resume())
 
     @command("step", "s", usage="[N]", repeats=True, runs=True)
     def step(self, rest: str) -> None:
-        """Go on to the next bundle whose operation stands in another line, N times. A bundle with
+        """Go on to the next bundle whose operation is in another line, N times. A bundle with
         several operations goes by that of its lowest slot. Without a tick it begins one.
         """
         self._stopped(self.session.step_lines(count_of(rest)))
@@ -385,12 +385,12 @@ class Commands:
 
     @command("list", "l", usage="[PLACE]", repeats=True)
     def list(self, rest: str) -> None:
-        """Source around a place, or where the program stands; again, the lines that follow."""
+        """Source around a place, or where the program is; again, the lines that follow."""
         self.show.list(rest)
 
     @command("disassemble", "disas", usage="[FIRST] [LAST]")
     def disassemble(self, rest: str) -> None:
-        """Bundles with their operations and source lines: around where the program stands, or from
+        """Bundles with their operations and source lines: around where the program is, or from
         FIRST to LAST.
         """
         bounds = numbers_of(rest)
@@ -400,7 +400,7 @@ class Commands:
 
     @command("backtrace", "bt", "where")
     def backtrace(self, rest: str) -> None:
-        """Where the program stands, and the macro calls around that."""
+        """Where the program is, and the macro calls around that."""
         self.show.backtrace()
 
     # ------------------------------------------------------------------ the debugger itself

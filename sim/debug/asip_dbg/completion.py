@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What may stand where a command line ends: commands, names of the program, files."""
+"""What may be where a command line ends: commands, names of the program, files."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def last_word(text: str) -> str:
 
 
 def completions(session: Session, text: str) -> list[str]:
-    """Words that may stand where a line ends, in place of its last word."""
+    """Words that may be where a line ends, in place of its last word."""
     words, last = text.split(), last_word(text)
     if len(words) <= 1 and last == (words[0] if words else ""):
         return sorted({e.names[0] for name, e in COMMANDS.items() if name.startswith(last)})

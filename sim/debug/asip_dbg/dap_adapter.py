@@ -115,7 +115,7 @@ class Adapter:
         return self._session
 
     def _halted(self) -> Session:
-        """The session while the core stands. Raises RequestError while it runs."""
+        """The session while the core is halted. Raises RequestError while it runs."""
         session = self.session
         if self._busy:
             raise RequestError("the core runs; pause it first")
@@ -186,7 +186,7 @@ class Adapter:
 
     # ------------------------------------------------------------------ running
     def _go(self, action: Callable[[], Stop]) -> None:
-        """Let the core go on a thread of its own, and tell when and why it stops."""
+        """Let the core go on a thread of its own, and report when and why it stops."""
         session = self.session
 
         def work() -> None:

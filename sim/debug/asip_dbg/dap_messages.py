@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Messages of the Debug Adapter Protocol on a stream of bytes.
 
-A message is JSON in UTF-8 behind a header `Content-Length: N`, as the base protocol of
+A message is JSON in UTF-8 after a header `Content-Length: N`, as the base protocol of
 https://microsoft.github.io/debug-adapter-protocol/specification says.
 """
 
@@ -21,7 +21,7 @@ Message = dict[str, Any]
 
 
 class MessageError(Exception):
-    """The stream is no protocol of this kind; nothing behind this place can be read."""
+    """The stream is no protocol of this kind; nothing after this place can be read."""
 
 
 def read_message(stream: BinaryIO) -> Message | None:

@@ -19,7 +19,7 @@ Body = dict[str, Any]
 
 
 class Views:
-    """Answers for clients; what stands in them is read when it is asked for."""
+    """Answers for clients; what is in them is read when it is requested."""
 
     def __init__(self, session: Session, lines_from: int = 1, columns_from: int = 1) -> None:
         self.session = session
@@ -137,7 +137,7 @@ class Views:
 
     # ------------------------------------------------------------------ code
     def instructions(self, first: int, count: int) -> list[Body]:
-        """Bundles from an address on; those outside the program are said to be."""
+        """Bundles from an address on; those outside the program are marked."""
         found = []
         for bundle in range(first, first + count):
             row: Body = {"address": f"0x{max(bundle, 0):x}", "instruction": "outside the program"}

@@ -19,7 +19,7 @@ class DrivenTarget(BlockTarget):
     """The program is there and runs; the debugger neither loads it nor writes inputs.
 
     From the first command on every run waits before its first bundle (MODE.stop_at_start), so that
-    the end of a tick is a place to stand: there the next one waits.
+    the end of a tick is a place to stop: there the next one waits.
     """
 
     driven = True

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The instruction-set model as a target: same bits as the core but for sine and cosine, no cycles,
-nothing to build.
+"""The instruction-set model as a target: same bits as the core except for sine and cosine, no
+cycles, nothing to build.
 """
 
 from __future__ import annotations

@@ -30,7 +30,7 @@ class Location:
 
 
 def find_location(program: DebuggedProgram, text: str, position: int) -> Location:
-    """The place that a text names; empty: where the program stands. Raises LocationError."""
+    """The place that a text names; empty: where the program is. Raises LocationError."""
     text = text.strip()
     if not text:
         return _bundle(program, position)

@@ -79,7 +79,7 @@ class DebuggedProgram:
         return self.image.sources[bundle] if 0 <= bundle < self.bundles else []
 
     def primary(self, bundle: int) -> SourceEntry | None:
-        """The operation that stands for a bundle: that of the lowest slot."""
+        """The operation that represents a bundle: that of the lowest slot."""
         return min(self.entries(bundle), key=lambda entry: entry.slot, default=None)
 
     def calls(self, bundle: int, slot: int) -> list[Call]:

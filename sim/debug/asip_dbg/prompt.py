@@ -29,7 +29,7 @@ class _Words(Completer):
 
 
 def make_prompt(session: Session) -> PromptSession:
-    """Prompt with the history of earlier sessions, kept in ~/.asip_dbg_history."""
+    """Prompt with the history of earlier sessions, saved in ~/.asip_dbg_history."""
     try:
         path = Path.home() / ".asip_dbg_history"
         with path.open("a"):

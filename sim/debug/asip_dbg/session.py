@@ -32,7 +32,7 @@ class SessionError(Exception):
 @dataclass(frozen=True)
 class Stop:
     """Why the session stopped: 'breakpoint', 'watch', 'step', 'start', 'interrupt', 'end' (of the
-    last tick asked for), 'fault'; and that in words. breakpoints: numbers of those hit.
+    last tick requested), 'fault'; and that in words. breakpoints: numbers of those hit.
     """
 
     kind: str
@@ -62,10 +62,10 @@ class Session:
         self.status = Status(Kind.IDLE)
         self.reset()
 
-    # ------------------------------------------------------------------ where it stands
+    # ------------------------------------------------------------------ where it is
     @property
     def position(self) -> int:
-        """Bundle that issues next; behind the last one when no run is on and one was."""
+        """Bundle that issues next; after the last one when no run is on and one was."""
         if self.status.kind is Kind.IDLE:
             return self.program.bundles if self._ran else self.program.image.entry
         return self.status.position
@@ -101,7 +101,7 @@ class Session:
         return self._go_on()
 
     def resume(self) -> Stop:
-        """Go on with the ticks asked for."""
+        """Go on with the ticks requested."""
         if not self.in_run and self._left <= 0:
             raise SessionError("no tick is running; `run`, `start` or `tick N` begins one")
         return self._go_on()
@@ -126,7 +126,7 @@ class Session:
         return self._step_until(count, lambda before, now: True)
 
     def step_lines(self, count: int = 1) -> Stop:
-        """Go on to the next bundle whose operation stands in another source line."""
+        """Go on to the next bundle whose operation is in another source line."""
         return self._step_until(count, lambda before, now: self._line(before) != self._line(now))
 
     def step_calls(self, count: int = 1) -> Stop:
@@ -188,7 +188,7 @@ class Session:
                 return stop
 
     def _stop(self, how: str, asked: bool) -> Stop | None:
-        """Why the core stands; None when it goes on."""
+        """Why the core is halted; None when it goes on."""
         status = self.status
         if status.kind is Kind.RUNNING:
             return None

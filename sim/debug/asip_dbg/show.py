@@ -23,11 +23,11 @@ AROUND = 3
 WIDE = 1000
 """Columns of a table: no cell is cut."""
 NOT_FINITE = 8
-"""Values that are not finite of which `info faults` tells."""
+"""Values that are not finite of which `info faults` reports."""
 
 
 class Show:
-    """Writes views of a session through `write`; `color` marks where the program stands."""
+    """Writes views of a session through `write`; `color` marks where the program is."""
 
     def __init__(self, session: Session, write: Callable[[str], None], color: bool) -> None:
         self.session = session

@@ -79,7 +79,7 @@ class Target(Protocol):
         """The state, as soon as the core does not run, at the latest after so long."""
 
     def arm(self, bundles: Sequence[int], places: Sequence[str]) -> None:
-        """Halt before these bundles, and behind every write of these registers and outputs; those
+        """Halt before these bundles, and after every write of these registers and outputs; those
         of an earlier call are gone."""
 
     def read(self, place: str) -> int:

@@ -100,7 +100,7 @@ def _refusals() -> Iterator[None]:
 
 
 class Values:
-    """Names of a program on a target; `position` tells where the program stands.
+    """Names of a program on a target; `position` is where the program is.
 
     `inputs` are the words of the next run by name; bank K cannot be read back from a core.
     """

@@ -34,9 +34,10 @@ EPILOG = """examples:
 Floats may be written as bits (0f3f800000). Inputs that are not given are 0. With --inputs the
 result is a CSV table, one row per run; a run after the last row repeats it.
 
-With --iss the bits are those of the core, but for fsin and fcos: the model rounds them correctly,
-the core's error is below 0.532 units in the last place, so that about one result in 500 differs in
-its last bit (docs/numerics.md). A note says so when the program uses them.
+With --iss the bits are those of the core, except for fsin and fcos: the model rounds them
+correctly, the core's error is below 0.532 units in the last place, so
+that about one result in 500 differs in its last bit (docs/numerics.md). A note says so when the
+program uses them.
 
 exit status: 0 all runs done, 1 a fault, or an error in a file, 2 wrong command line
 """

@@ -130,7 +130,7 @@ def read_inputs(path: Path, types: Mapping[str, str]) -> list[dict[str, int]]:
 
 
 def printed_names(image: Image, text: str | None) -> list[str]:
-    """Names to print: those asked for, or all outputs and exports."""
+    """Names to print: those requested, or all outputs and exports."""
     outputs = [output.name for output in image.outputs]
     known = [*outputs, *(export.name for export in image.exports)]
     if text is None:

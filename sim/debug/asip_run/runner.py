@@ -81,7 +81,7 @@ class Runner:
 
     def run(self, inputs: Mapping[str, int], names: Sequence[str]) -> Run:
         """Write inputs (words by name), run once and read `names`."""
-        # The host cannot read bank K: what stands there is known.
+        # The host cannot read bank K: what is there is known.
         known = self._constants | {place: inputs[name] for place, name in self._inputs.items()}
         held = {name: known.get(self._places.get(name, name)) for name in names}
         read = [name for name, word in held.items() if word is None]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What GDB is told of a Nios II system: registers (target.xml) and memory map.
+"""What GDB reads of a Nios II system: registers (target.xml) and memory map.
 
 Names and order of the feature org.gnu.gdb.nios2.cpu are those of gdb/features/nios2-cpu.xml.
 Those of the custom instructions come from nios_sw/custom.toml.

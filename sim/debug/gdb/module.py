@@ -2,7 +2,7 @@
 """The debug module of a Nios II system: registers of rtl/nios/debug_regmap.rdl, by accesses alone.
 
 A halted core is looked into by instructions that it executes. They go through `bt` and `et`, whose
-contents are kept here until the program goes on. Nothing here knows that the core is simulated:
+contents are held here until the program goes on. Nothing here knows that the core is simulated:
 the same accesses through a bridge to the module's Avalon-MM agent debug a board.
 """
 
@@ -73,7 +73,7 @@ class DebugModule:
         self._access([self._write("HALT", REGMAP.registers["HALT"].word(now=1))])
 
     def halted(self) -> int:
-        """To be called when the core has halted: keeps `bt` and `et`; address where it stands."""
+        """To be called when the core has halted: keeps `bt` and `et`; address where it is."""
         self._kept = dict(
             zip((BT, ET), self._access(self._fetch(BT) + self._fetch(ET)), strict=True)
         )

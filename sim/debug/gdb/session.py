@@ -197,7 +197,7 @@ def _fixed(answer: bytes) -> Callable[[Session, bytes], bytes]:
 
 
 Handler = Callable[[Session, bytes], "bytes | None"]
-# By their beginning; a longer one stands before a shorter one that it begins with.
+# By their beginning; a longer one comes before a shorter one that it begins with.
 _COMMANDS: tuple[tuple[bytes, Handler], ...] = (
     (b"qSupported", _fixed(FEATURES.encode())),
     (b"QStartNoAckMode", Session._no_acknowledge),

@@ -32,7 +32,7 @@ class TargetError(ValueError):
 
 @dataclass(frozen=True)
 class Stop:
-    """Why the core stands: 'halt', 'break', 'swbreak', 'hwbreak', 'watch', 'rwatch', 'awatch'.
+    """Why the core is halted: 'halt', 'break', 'swbreak', 'hwbreak', 'watch', 'rwatch', 'awatch'.
 
     `address` is that of the data of a watchpoint, or of a `break` of the program.
     """
@@ -71,7 +71,7 @@ class Target:
         self.configure()
 
     def configure(self) -> None:
-        """Tell the debug module how the core is to behave."""
+        """Instruct the debug module how the core is to behave."""
         self.module.control(
             enable=1, freeze=int(self.freeze), mask_interrupts=int(self.mask_interrupts)
         )
@@ -315,7 +315,7 @@ class Target:
         return "\n".join(lines)
 
     def again(self) -> None:
-        """Set the breakpoints of kind 0 anew, in a memory that was loaded."""
+        """Set the breakpoints of kind 0 again, in a memory that was loaded."""
         for address in self._saved:
             (self._saved[address],) = self.module.read_words(address, 1)
             self.module.write_words(address, [BREAKPOINT])

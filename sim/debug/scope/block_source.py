@@ -3,7 +3,7 @@
 
 A row is a record of the block's scope, one per run or per so many runs, of at most 8 channels; over
 a serial line they come by themselves. Gains are the program's live parameters, staged and committed
-in the block. If nothing answers any more, the link is made anew until something does.
+in the block. If nothing answers any more, the link is made again until something does.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from sim.debug.state import REGISTER, ScopeSetup, Trigger
 from sim.debug.state import Channel as Recorded
 
 MOST_CHANNELS = 8
-QUIET_LOOKS = 3  # without a record until a fault is told: all records before it have come then
+QUIET_LOOKS = 3  # without a record until a fault is reported: all records before it have come then
 RETRY_S = 1.0
 LEVELS = {"above": 1, "below": 1, "rising": 1, "falling": 1, "inside": 2, "outside": 2}
 """Kinds of the block's trigger that people ask for, and how many levels each has."""
@@ -231,7 +231,7 @@ class BlockSource:
         return Block(self._offset + first, values)
 
     def _fault(self, client: Client) -> None:
-        """The core stands in a fault: the block's ring is frozen, and complete in any case."""
+        """The core is in a fault: the block's ring is frozen, and complete in any case."""
         self._faulted = True
         self._whole_ring(client)
         text = fault_text(self._image, CoreFault.of(*client.fault()))
@@ -254,7 +254,7 @@ class BlockSource:
             self._next = self._offset + total
 
     def _commit(self, client: Client) -> None:
-        """Stage and commit what was asked for; tell when the core has it."""
+        """Stage and commit what was requested; report when the core has it."""
         if self._committing is not None:
             commit, page = self._committing
             if client.version()[0] != page:

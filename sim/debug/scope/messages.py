@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a page may say: JSON objects, told apart by their `type`. Anything else is refused.
+"""What a page may say: JSON objects, distinguished by their `type`. Anything else is refused.
 
 `Pace` and `Step` go on to the source as they are.
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The scope's server in a process of its own, beside a job that is busy with other things."""
+"""The scope's server in a process of its own, next to a job that is busy with other things."""
 
 from __future__ import annotations
 

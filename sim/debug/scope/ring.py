@@ -29,7 +29,7 @@ class Ring:
         return len(self._rows)
 
     def append(self, block: Block) -> None:
-        """Add ticks; a block that does not follow the last tick starts anew."""
+        """Add ticks; a block that does not follow the last tick starts again."""
         values = block.values[-self.length :]
         first = block.first + len(block.values) - len(values)
         if first != self.end:
@@ -40,7 +40,7 @@ class Ring:
         self.first = max(self.first, self.end - self.length)
 
     def window(self, begin: int, end: int) -> Block:
-        """Ticks begin <= tick < end as far as they are kept, copied."""
+        """Ticks begin <= tick < end as far as they are stored, copied."""
         begin = min(max(begin, self.first), self.end)
         end = max(min(end, self.end), begin)
         places = np.arange(begin, end) % self.length
@@ -50,7 +50,7 @@ class Ring:
 def thinned(values: NDArray[np.float64], pixels: int) -> NDArray[np.int64]:
     """Indices of values (N,) to draw: smallest and largest of every pixel, so that no peak is lost.
 
-    Where a pixel holds a value that is no number, that value is kept and makes a gap.
+    Where a pixel holds a value that is no number, that value stays and makes a gap.
     """
     if len(values) <= 2 * pixels:
         return np.arange(len(values))

@@ -66,7 +66,7 @@ class Hub:
         self.session.take(event)
 
     async def close(self) -> None:
-        """End the source; nobody waits for its events behind this."""
+        """End the source; nobody waits for its events after this."""
         self.source.close()
         await asyncio.to_thread(self._feeder.join, CLOSE_S)
 
@@ -170,7 +170,7 @@ class PageSocket(tornado.websocket.WebSocketHandler):
         self._task.add_done_callback(self._ended)
 
     def _ended(self, task: asyncio.Task[None]) -> None:
-        """Nothing ends drawing but the page; anything else is a mistake here, and is told."""
+        """Nothing ends drawing but the page; anything else is a mistake here, and is reported."""
         if not task.cancelled() and task.exception() is not None:
             app_log.error("the scope cannot draw", exc_info=task.exception())
             self.close(reason="the scope cannot draw")

@@ -21,8 +21,8 @@ from sim.debug.scope.step_response import StepFigures, measure
 from sim.debug.scope.trigger import LEAST_SPAN, Settings, Trigger
 
 BLACK_BOX = 4096
-"""Ticks before a fault that are kept."""
-RESPONSES = 6  # step responses that are kept
+"""Ticks before a fault that are stored."""
+RESPONSES = 6  # step responses that are stored
 RESPONSE_POINTS = 400
 TRAIL_TICKS, TRAIL_POINTS = 5000, 100  # of the tool in space
 FREE_RUN = 4  # spans without a trigger until 'auto' shows the latest ticks again
@@ -275,7 +275,7 @@ class Session:
         return {"now": rows[-1].tolist(), "trail": trail.T.tolist()}
 
     def at_ticks(self, channels: list[str], a: int, b: int, part: str) -> dict[str, Any]:
-        """Exact values at two ticks, None where they are not kept."""
+        """Exact values at two ticks, None where they are not stored."""
         block = self.window(None, None, part)[1]
 
         def values(tick: int) -> dict[str, float] | None:

@@ -135,7 +135,7 @@ class Lost:
 
 @dataclass(frozen=True)
 class Note:
-    """Something to tell people, '' when it is over."""
+    """A message for people, '' when it is over."""
 
     text: str
 
@@ -197,7 +197,7 @@ class Source(Protocol):
     description: Description
 
     def wait(self) -> Event:
-        """The next event; nothing comes behind an End."""
+        """The next event; nothing comes after an End."""
 
     def check(self, values: Mapping[str, float]) -> None:
         """Raise SourceError unless the gains could be committed together."""

@@ -64,7 +64,7 @@ class Tuner(Protocol):
         """For these changes on top of what has been committed."""
 
     def commit(self, values: Mapping[str, float]) -> Tuned:
-        """The same, kept."""
+        """The same, stored."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ class Tap:
         """Row of the next tick, to be filled before `done`."""
         return self._rows[self._filled]
 
-    # ------------------------------------------------------------------ behind a tick
+    # ------------------------------------------------------------------ after a tick
     def done(self) -> None:
         """The row is complete."""
         self._filled += 1
@@ -253,7 +253,7 @@ class TapSource:
             try:
                 self._link.send(sent)
             except OSError:
-                return  # it has ended; wait() tells
+                return  # it has ended; wait() reports it
 
     def close(self) -> None:
         """Forget the loop; it goes on alone."""

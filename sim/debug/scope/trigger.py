@@ -77,7 +77,7 @@ class Trigger:
     def window(self, end: int, over: bool = False) -> tuple[int, int, int] | None:
         """(begin, end, tick that fired) once ticks up to `end` are there, else None.
 
-        over: no more ticks will come. The next window can fire then, but for single."""
+        over: no more ticks will come. The next window can fire then, except for single."""
         if self.at is None:
             return None
         begin = self.at - self.settings.before

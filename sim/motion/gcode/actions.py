@@ -201,7 +201,7 @@ class Actions:
         self.run(motion, end)
 
     def _check_alone(self, code: Word | None, clean: bool) -> None:
-        """A block without a place: only some motion words may stand alone."""
+        """A block without a place: only some motion words may be alone."""
         if code is not None and clean and code.code not in ("G0", "G1", "G80"):
             arc = self.state.motion in ("G2", "G3")
             self.report(

@@ -32,7 +32,7 @@ def arc_centre(
 ) -> Centre | None:
     """Centre of an arc to `end` in coordinates of the program, None after a mistake.
 
-    values: words of the block by letter; at: word that mistakes of the whole arc are told of.
+    values: words of the block by letter; at: word that mistakes of the whole arc are reported at.
     """
     report, start, plane = state.report, state.programmed(), state.modes.plane
     mm_per_unit = state.modes.mm_per_unit

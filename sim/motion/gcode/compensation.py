@@ -5,7 +5,7 @@ The contour comes in as moves, the path of the centre comes out; both are in coo
 machine. Corners and entry moves are those of LinuxCNC ("Cutter Compensation"), as its interpreter
 rs274 makes them, and are compared with it in the tests:
 
-- the entry move, the first one, is not shorter than the radius; it ends beside the end of
+- the entry move, the first one, is not shorter than the radius; it ends next to the end of
   the contour's move, and no corner is made before it. An entry arc becomes another one that is
   tangent there;
 - at a convex corner of more than CORNER the tool turns on an arc about the corner, in a rapid on a

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Order in which the lines of a program run: O words (LinuxCNC, "O Codes"), ahead of the parser.
 
-line    = [N word] O label keyword arguments [comments]; an O word stands first in its line
+line    = [N word] O label keyword arguments [comments]; an O word comes first in its line
 label   = number | #value | [expression] | <name>; case and blanks do not count in names
 keyword = sub endsub call return | if elseif else endif | while do endwhile | repeat endrepeat
           | break continue (of while and do)
@@ -9,8 +9,8 @@ keyword = sub endsub call return | if elseif else endif | while do endwhile | re
 `call` takes up to 30 values [a] [b] as #1, #2, ...; the rest of #1 to #30 is 0 in the subroutine,
 and all 30 have their former values after it; names without a leading underscore are the
 subroutine's own. `return [v]`, with any label, and `endsub [v]` leave #<_value> and
-#<_value_returned>. A subroutine may stand behind its first call. Labels of subroutines hold in the
-whole file, others in the subroutine (or main program) they stand in. Subroutines in other files
+#<_value_returned>. A subroutine may be after its first call. Labels of subroutines hold in the
+whole file, others in the subroutine (or main program) they are in. Subroutines in other files
 are not looked for.
 
 A line with O and a number alone begins a subprogram of M98 P L, as Fanuc's controls and LinuxCNC
@@ -18,7 +18,7 @@ have them; it ends at M99, and comes after the call. It has the caller's numbere
 names of its own. In the main program such a line is a number without effect.
 
 Lines that do not run, those of a branch not taken or a subroutine not called, are not read for
-mistakes. A mistake in an O word ends the reading; so does an O word behind a mistake.
+mistakes. A mistake in an O word ends the reading; so does an O word after a mistake.
 
 Memory: nothing without O words. Otherwise the text of all subroutines, of the loops that are open,
 and, from a call of a subroutine that comes later, of the lines up to its definition.
@@ -39,14 +39,14 @@ from sim.motion.gcode.subroutines import Subroutines
 class Flow(Execution):
     """Runs the O words of a program and yields its other lines in the order in which they act.
 
-    mistakes is told the line under work before parameters are read.
+    mistakes gets the line under work before parameters are read.
     """
 
     def __init__(self, source: Iterator[Line], mistakes: Mistakes, state: State) -> None:
         super().__init__(source, mistakes, state)
         branches, subroutines = Branches(self), Subroutines(self)
         self.subroutines = subroutines
-        self._acts = {  # by keyword, with the least and the greatest number of values behind it
+        self._acts = {  # by keyword, with the least and the greatest number of values after it
             "if": (branches.if_, 1, 1),
             "elseif": (branches.elseif, 0, 0),  # its value is read where no branch has run
             "else": (branches.elseif, 0, 0),

@@ -20,13 +20,13 @@ _KEPT_STOPS = ("M0", "M1", "M2", "M30", "M60", "M71")
 
 
 class Output:
-    """`items` of the block under work; at: word that mistakes of the compensation are told of."""
+    """`items` of the block under work; at: word where its mistakes are reported."""
 
     def __init__(self, state: State) -> None:
         self.state = state
         self.items: list[Move | Dwell] = []
         self.at = Word("G", 0.0, "", 1)
-        self.left: Pose | None = None  # where the tool is after G40: beside the contour
+        self.left: Pose | None = None  # where the tool is after G40: next to the contour
         self.must_be_straight = False  # the next move, which is the first one after G40
 
     def put(self, items: Iterable[Move | Dwell]) -> None:
@@ -55,7 +55,7 @@ class Output:
         return moved
 
     def tool_changed(self) -> None:
-        """After M6 the position is where the tool is, also behind G40 (as rs274)."""
+        """After M6 the position is where the tool is, also after G40 (as rs274)."""
         self.state.position = self.left or self.state.position
         self.left = None
 

@@ -26,7 +26,7 @@ from sim.motion.lookahead.settings import LookaheadSettings
 SHORTEST_BLEND = 1e-7  # distance from the corner [m] below which the joint is a stop
 SMOOTH = 1e-8  # angle [rad] and relative change of curvature that need no blend
 LARGEST_ANGLE = math.radians(175.0)  # between directions; beyond, the joint is a stop
-SLOWEST = 12  # joints kept for reports
+SLOWEST = 12  # joints listed in reports
 INNER_TOLERANCE = 2e-6  # tolerance of joints inside one block [m]
 
 

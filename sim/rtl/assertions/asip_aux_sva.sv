@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_aux_sva: the write port of bank C has one result at a time. The folded divider, whose outputs are zero
-// while it has no result, is judged by those.
+// while it has no result, is checked by those.
 module asip_aux_sva #(
     parameter bit FoldedDivider = 1'b0
 ) (

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// asip_plausible_sva: no output is shown before it was judged, or that was found implausible.
+// asip_plausible_sva: no output is shown before it was checked, or that was found implausible.
 module asip_plausible_sva (
     input logic       clk_i,
     input logic       rst_ni,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// debug_bus_slice_sva: what was asked for reaches the agent, once, and ends behind it.
+// debug_bus_slice_sva: what was requested reaches the agent, once, and ends after it.
 module debug_bus_slice_sva #(
     parameter int unsigned AddressWidth = 14
 ) (

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// debug_receive_sva: a request stands, unchanged, until it is done; each frame is handed on or dropped.
+// debug_receive_sva: a request stays, unchanged, until it is done; each frame is handed on or dropped.
 module debug_receive_sva (
     input logic clk_i,
     input logic rst_ni,

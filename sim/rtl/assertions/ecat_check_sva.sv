@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// ecat_check_sva: a verdict stands between two frames, and a frame ends once.
+// ecat_check_sva: a verdict comes between two frames, and a frame ends once.
 module ecat_check_sva (
     input logic clk_i,
     input logic rst_ni,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// ecat_control_sva: events stand until their side takes them, and only the master moves the station.
+// ecat_control_sva: events stay until their side takes them, and only the master moves the station.
 module ecat_control_sva (
     input logic clk_i,
     input logic rst_ni,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// ecat_datagrams_sva: an answer 18 clocks behind its byte, for 8 clocks; accesses only of datagrams that are served.
+// ecat_datagrams_sva: an answer 18 clocks after its byte, for 8 clocks; accesses only of datagrams that are served.
 module ecat_datagrams_sva (
     input logic clk_i,
     input logic rst_ni,
@@ -40,7 +40,7 @@ module ecat_datagrams_sva (
       byte_valid_i |-> bytes_q[Apart-2:0] == '0)
   else $error("a byte comes while the accesses of the one before enter");
 
-  // Clocks 19 to 25 behind a byte: it was there before.
+  // Clocks 19 to 25 after a byte: it was there before.
   AnswerStands : assert property (@(posedge clk_i) disable iff (!rst_ni)
       bytes_q[Access+Apart-1:Access+1] != '0 |-> $stable(result_o))
   else $error("an answer does not stand for 8 clocks");

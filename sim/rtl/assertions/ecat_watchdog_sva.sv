@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// ecat_watchdog_sva: a watchdog runs out its time behind the last trigger, once, and lives from the next one on.
+// ecat_watchdog_sva: a watchdog runs out its time after the last trigger, once, and lives from the next one on.
 module ecat_watchdog_sva (
     input logic clk_i,
     input logic rst_ni,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // n2_control_sva: one event per cycle, but a return to a bad target is a fault too, and the fault counts;
-// an interrupt is asked for only while enabled.
+// an interrupt is requested only while enabled.
 module n2_control_sva (
     input logic clk_i,
     input logic rst_ni,

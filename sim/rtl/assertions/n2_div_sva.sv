@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// n2_div_sva: 18 cycles a division, no start within one, the quotient is kept.
+// n2_div_sva: 18 cycles a division, no start within one, the quotient holds.
 module n2_div_sva (
     input logic clk_i,
     input logic rst_ni,

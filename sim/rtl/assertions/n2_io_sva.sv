@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// n2_io_sva: the tick block's Avalon-MM agent; a tick that comes while one is pending is told.
+// n2_io_sva: the tick block's Avalon-MM agent; a tick that comes while one is pending is reported.
 module n2_io_sva (
     input logic clk_i,
     input logic rst_ni,

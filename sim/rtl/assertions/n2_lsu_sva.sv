@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// n2_lsu_sva: a transfer is asked for once and A waits for its end; misaligned ones touch no memory.
+// n2_lsu_sva: a transfer is requested once and A waits for its end; misaligned ones touch no memory.
 module n2_lsu_sva (
     input logic clk_i,
     input logic rst_ni,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// n2_timer_sva: an event is not lost: it stands until it is cleared.
+// n2_timer_sva: an event is not lost: it stays until it is cleared.
 module n2_timer_sva (
     input logic clk_i,
     input logic rst_ni,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// pwm_bridge_sva: a fault turns all gates off behind the second edge that sees it, and stays.
+// pwm_bridge_sva: a fault turns all gates off after the second edge that sees it, and stays.
 module pwm_bridge_sva (
     input logic clk_i,
     input logic rst_ni,

@@ -105,7 +105,7 @@ class BoardRtl(Verilated):
 
     # A `ByteLine` of sim.debug.link
     def write(self, data: bytes) -> None:
-        """Bytes for the serial line, behind those that wait."""
+        """Bytes for the serial line, after those that wait."""
         self._lib.board_line_send(self._handle, data, len(data))
 
     def read(self) -> bytes:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A simulated board behind a pseudo terminal: programs open it as they open /dev/ttyUSB0."""
+"""A simulated board at a pseudo terminal: programs open it as they open /dev/ttyUSB0."""
 
 from __future__ import annotations
 

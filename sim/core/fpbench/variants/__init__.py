@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The fast bench around a unit that executes the operations of another one.
 
-It stands in the place of that unit, in a lane of its own (`fp_lane.sv` here), with the same cases
+It takes the place of that unit, in a lane of its own (`fp_lane.sv` here), with the same cases
 and references; the table of operations knows one unit per operation.
 """
 
