@@ -120,9 +120,7 @@ def limited(name: str, source: str, words: tuple[int, ...]) -> list[str]:
     bundles += [(op("vout", f"a{10 + n}", "zero", "a1", imm=n, pipe=0),) for n in range(LANES)]
     constants = {"k0": ONE, "k1": words[0]}
     return lanes(
-        bench.verify(
-            bench.image("wide", [*bundles, HALT], constants, outputs=0, streams=[stream])
-        ),
+        bench.verify(bench.image("wide", [*bundles, HALT], constants, outputs=0, streams=[stream])),
         "a",
     )
 
