@@ -2,9 +2,9 @@
 """Runs the short set against the planted faults.
 
 All faults of a unit are simulated together, each in a lane of its own next to one without fault,
-and every case goes to every lane: one build per unit. The first cases of the short set decide
-nearly every fault; what they leave, and what breaks the handshake, is built alone with its macro and gets
-all of it.
+and every case goes to every lane, one build per unit. The first cases of the short set decide
+nearly every fault; what they leave, and what breaks the handshake, is built alone with its macro
+and gets all of it.
 """
 
 from __future__ import annotations
