@@ -2,6 +2,11 @@
 """Models of tests carry the assertions of sim/rtl/assertions; the robot; reasons to skip a test."""
 
 import os
+
+# Set before NumPy and SciPy are loaded, here and in all that a test starts: the threads of their
+# linear algebra spin while they wait, which takes more of a processor than the small matrices.
+os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = "1"
+
 import re
 import shutil
 import signal

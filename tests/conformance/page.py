@@ -10,7 +10,7 @@ from typing import Any
 
 from asip_asm.project import ROOT
 from sim.report.marks import write_between_marks
-from tests.conformance import dap_sessions, gdb_suite, torture
+from tests.conformance import coremark, dap_sessions, gdb_suite, torture
 
 PAGE = ROOT / "docs/conformance.md"
 
@@ -71,10 +71,21 @@ def gcc_section(document: dict[str, Any]) -> str:
     return text + "\n" + table(["why tests are excluded", *document["systems"]], excluded)
 
 
+def coremark_section(document: dict[str, Any]) -> str:
+    """Systems and options with their figures."""
+    rows = (
+        [each["system"], f"`{each['options']}`", f"{each['per_mhz']:.3f}", each["cycles"]]
+        for each in document["scores"]
+    )
+    head = ["system", "options", "CoreMark/MHz", f"cycles of {document['iterations']} iterations"]
+    return table(head, rows)
+
+
 SECTIONS = {
     "dap": (dap_sessions.RESULTS, dap_section),
     "gdb": (gdb_suite.RESULTS, gdb_section),
     "gcc": (torture.RESULTS, gcc_section),
+    "coremark": (coremark.RESULTS, coremark_section),
 }
 
 

@@ -6,8 +6,9 @@ from __future__ import annotations
 import pytest
 
 from tests.bench.needs import needs
-from tests.conformance import dap_sessions, gdb_suite, page, torture
+from tests.conformance import coremark, dap_sessions, gdb_suite, page, torture
 from tests.conformance.machine import MACHINES
+from tests.conformance.tools import ToolError
 
 GCC_SUMMARY = """
 PASS: gcc.c-torture/execute/a.c   -O0  (test for excess errors)
@@ -53,6 +54,26 @@ def test_gdb_summary__a_failure_needs_a_reason():
     again = gdb_suite.explain(rows[0], {"a.exp": {"mode=1: two": "why"}})
     assert (again["explained"], again["failed"]) == (["mode=1: two"], [])
     assert rows[0]["explained"] == ["mode=1: two"]
+
+
+COREMARK_RUN = """2K performance run parameters for coremark.
+Total ticks      : 4000000
+Iterations       : 10
+Compiler version : GCC 1
+Correct operation validated. See README.md for run and reporting rules.
+"""
+
+
+def test_coremark__a_run_counts_only_if_its_checksums_are_right():
+    assert coremark.score("fpga2", "-O2", COREMARK_RUN, 0).per_mhz == 2.5
+    for console, status in (
+        (COREMARK_RUN.replace(coremark.VALID, "Errors detected"), 0),
+        (COREMARK_RUN.replace("2K performance", "2K validation"), 0),
+        (COREMARK_RUN, 1),
+        (COREMARK_RUN, None),
+    ):
+        with pytest.raises(ToolError, match="not valid on fpga2"):
+            coremark.score("fpga2", "-O2", console, status)
 
 
 def test_tables_of_reasons__name_each_test_once():

@@ -32,6 +32,7 @@ from tests.conformance.tools import (
     program,
     results,
     runtime,
+    suite,
 )
 
 RESULTS = FOLDER / "torture.json"
@@ -121,6 +122,7 @@ def measure(systems: Sequence[str], only: str = "", jobs: int = 2) -> dict[str, 
     def one(system: str) -> Outcome:
         return judge(system, execute(system, only, FOLDER / f"torture-{system}"))
 
+    suite("gcc")  # once, before systems ask for it side by side
     with ThreadPoolExecutor(jobs) as pool:
         found = dict(zip(systems, pool.map(one, systems), strict=True))
     document = {

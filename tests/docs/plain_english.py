@@ -107,14 +107,25 @@ def house_words(page: str, source: str) -> Iterator[Finding]:
 
 
 def pages(root: Path = ROOT) -> dict[str, str]:
-    """Text of README and of every page."""
-    files = [root / "README.md", *sorted((root / "docs").rglob("*.md"))]
+    """Text of README and of every page; fragments of the changelog are no pages."""
+    found = texts(root, root / "README.md", *sorted((root / "docs").rglob("*.md")))
+    return {page: text for page, text in found.items() if not page.startswith("docs/changes/")}
+
+
+def changes(root: Path = ROOT) -> dict[str, str]:
+    """Text of each fragment of the changelog."""
+    return texts(root, *sorted((root / "docs/changes").glob("*.md")))
+
+
+def texts(root: Path, *files: Path) -> dict[str, str]:
     return {str(f.relative_to(root)): f.read_text(encoding="utf-8") for f in files}
 
 
 def main() -> int:
     """Print every finding of the pages named, or of all, and the two counts."""
-    chosen = {p: t for p, t in pages().items() if not sys.argv[1:] or p in sys.argv[1:]}
+    chosen = {
+        p: t for p, t in (pages() | changes()).items() if not sys.argv[1:] or p in sys.argv[1:]
+    }
     long = [f for page, text in chosen.items() for f in long_sentences(page, text)]
     house = [f for page, text in chosen.items() for f in house_words(page, text)]
     print("\n".join(str(f) for f in sorted([*long, *house], key=lambda f: (f.page, f.line))))

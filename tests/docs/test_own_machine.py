@@ -15,7 +15,6 @@ import pytest
 from asip_asm.assemble import assemble
 from scripts.doc_blocks import code_blocks, write_files
 from sim import Core
-from sim.rtl import build
 from sim.rtl.build import ROOT
 from tests.bench.commands import output
 
@@ -42,7 +41,8 @@ def printed(folder):
     shell = [i for i, block in enumerate(BLOCKS) if block.language == "sh"]
     script = f"echo '{MARK}'\n".join(BLOCKS[i].text for i in shell)
     environment = {"HOME": str(folder.parent), "PATH": os.environ["PATH"], "MPLBACKEND": "Agg"}
-    environment["MODEL_OPTIMISATION"] = build.optimisation
+    same = ("MODEL_OPTIMISATION", "OPENBLAS_NUM_THREADS")  # as in tests/conftest.py
+    environment |= {name: os.environ[name] for name in same}
     said = output("sh", "-e", input=script, cwd=folder, env=environment, timeout=900)
     outputs = said.split(f"{MARK}\n")
     assert len(outputs) == len(shell)

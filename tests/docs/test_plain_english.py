@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""README and pages have few long sentences and few house words; each is printed with its cure."""
+"""README, pages and changes have few long sentences and few house words; each is printed, with a
+cure."""
 
 import pytest
 
-from tests.docs.plain_english import Finding, house_words, long_sentences, pages
+from tests.docs.plain_english import Finding, changes, house_words, long_sentences, pages
 
 MOST_LONG, MOST_HOUSE = 20, 60  # in all pages together
 MOST_WRITTEN = 35  # pages that are not generated
 PAGES = pages()
+TEXTS = PAGES | changes()
 
 
 def listed(findings: list[Finding]) -> str:
@@ -15,12 +17,12 @@ def listed(findings: list[Finding]) -> str:
 
 
 def test_pages__sentences_are_short() -> None:
-    found = [f for page, text in PAGES.items() for f in long_sentences(page, text)]
+    found = [f for page, text in TEXTS.items() for f in long_sentences(page, text)]
     assert len(found) <= MOST_LONG, listed(found)
 
 
 def test_pages__few_house_words() -> None:
-    found = [f for page, text in PAGES.items() for f in house_words(page, text)]
+    found = [f for page, text in TEXTS.items() for f in house_words(page, text)]
     assert len(found) <= MOST_HOUSE, listed(found)
 
 

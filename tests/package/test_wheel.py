@@ -125,7 +125,7 @@ class Installed:
         self.folder, self.commands = folder, commands
         # No PATH to a Python, none of this environment's variables: as after opening a terminal.
         self.environment = {"PATH": "/usr/bin:/bin", "XDG_CACHE_HOME": str(folder / "cache")}
-        kept = ("CXX", "MODEL_OPTIMISATION")
+        kept = ("CXX", "MODEL_OPTIMISATION", "OPENBLAS_NUM_THREADS")
         self.environment |= {name: os.environ[name] for name in kept if name in os.environ}
 
     def must(self, command: str, *arguments: str | Path) -> str:
