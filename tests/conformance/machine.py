@@ -17,7 +17,7 @@ from sim.rtl.nios_image import ImageError, read_elf
 from sim.rtl.nios_rtl import NiosRtl
 
 MACHINES = ("fpga1", "fpga2", "qemu")
-CYCLES = 100_000_000  # of the RTL, about a minute
+CYCLES = 400_000_000  # of the RTL, a few minutes
 SECONDS = 60  # of QEMU
 QEMU = "-M nios2-generic-nommu -display none -monitor none -serial none -semihosting".split()
 

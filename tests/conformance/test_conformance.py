@@ -37,6 +37,29 @@ def test_gcc_summary__each_test_has_one_fate(tmp_path, monkeypatch):
     assert "ieee/f.c -Os" in torture.judge("qemu", tmp_path / "gcc.sum").failed
 
 
+def test_gcc_part__replaces_results_of_its_tests(tmp_path, monkeypatch):
+    (tmp_path / "gcc.sum").write_text(GCC_SUMMARY)
+    (tmp_path / "part.sum").write_text("PASS: gcc.c-torture/execute/b.c   -O2  execution test\n")
+    monkeypatch.setattr(torture, "exclusions", lambda: GROUPS)
+    outcome = torture.judge("fpga2", tmp_path / "gcc.sum", tmp_path / "part.sum")
+    assert outcome.passed == 3 and outcome.failed == ["c.c -Os"]
+
+
+def test_gcc_last_whole_run__counts_only_if_it_ended_on_the_same_rtl(tmp_path, monkeypatch):
+    monkeypatch.setattr(torture, "FOLDER", tmp_path)
+    place = torture.folder("fpga1")
+    place.mkdir()
+    summary, mark = place / "gcc.sum", place / "rtl.txt"
+    for text, rtl, counts in (
+        (GCC_SUMMARY, torture.rtl_mark(torture.RTL), False),
+        (GCC_SUMMARY + "=== gcc Summary ===", torture.rtl_mark(torture.RTL), True),
+        (GCC_SUMMARY + "=== gcc Summary ===", "other", False),
+    ):
+        summary.write_text(text)
+        mark.write_text(rtl)
+        assert torture.last_whole("fpga1") == ([summary] if counts else [])
+
+
 def test_gdb_summary__a_failure_needs_a_reason():
     lines = [
         "Running /x/gdb.base/a.exp ...",
