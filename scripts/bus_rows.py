@@ -300,16 +300,11 @@ def stops(order: Order, report: Report) -> Iterator[Goal]:
     ratio = max(stop.ratio for stop in found)
     about = "highest speed after a stop over the measured speed at it, noise aside"
     yield at_most(about, round(ratio, 4), 1, "1")
-    about = "stops longer than v^2/2a and a tick"
     longer = [stop.distance - stop.shortest for stop in found if stop.distance > stop.shortest]
-    beyond = sum(far > 1 for far in longer)
-    note = f"{beyond} of them by more than an increment of the encoder"
-    yield at_most(about, len(longer), 0, "stops", note)
-    about = (
-        "stops longer than v^2/2a, a tick, an increment and the lag of the law's loop, by the "
-        "axis' speed and by the set-point's first speed"
-    )
-    yield at_most(about, sum(stop.too_far for stop in found), 0, "stops")
+    about = "stops longer than v^2/2a and a tick by more than an increment of the encoder"
+    most = max(longer, default=0.0)
+    note = f"{len(longer)} are longer by a part of one, the longest by {most:.2f} increments"
+    yield at_most(about, sum(stop.too_far for stop in found), 0, "stops", note)
 
 
 def objects(order: Order, report: Report) -> Iterator[Goal]:

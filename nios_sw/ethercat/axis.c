@@ -23,6 +23,9 @@
 #define VELOCITY_FILTER 0.0625f
 /* A stop ends when the axis is measured at rest, or this long after its set-point came to rest. */
 #define SETTLE_CYCLES (200u * CYCLES_PER_MS)
+/* Cycles of a stop until the axis has its first set-point, and those whose measurement corrects the set-point. */
+#define DELAY_CYCLES 2
+#define BEGIN_CYCLES 9
 
 #define STATUS_REMOTE 0x0200u
 #define STATUS_REACHED 0x0400u
@@ -40,6 +43,8 @@ static struct axis {
   float velocity; /* actual, filtered, increments/s */
   uint32_t beyond;  /* cycles outside of the following error window */
   uint32_t settles; /* cycles of a stop since its set-point came to rest */
+  uint8_t begun;    /* of BEGIN_CYCLES */
+  struct setpoint next; /* of a stop, in the cycle to come */
   uint16_t control_was;
   int8_t mode;
   enum drive_state stopping; /* the state whose stop is under way */
@@ -226,15 +231,16 @@ static void measure(struct axis *axis, struct axis_objects *o, const struct axis
   o->torque_actual = feedback->torque;
 }
 
-/* Following error, and the fault when it stays. */
+/* Following error of the set-point that the law has now, and the fault when it stays: its stop begins in this
+ * cycle. */
 static void supervise(struct axis *axis, int n, const struct axis_feedback *feedback) {
   struct axis_objects *o = &objects.axis[n];
-  int32_t error = (int32_t)((uint32_t)axis->point.whole - (uint32_t)feedback->position);
+  bool tracks = axis->powered && axis->mode != MODE_CST;
+  int32_t error = tracks ? (int32_t)((uint32_t)axis->point.whole - (uint32_t)feedback->position) : 0;
   uint32_t size = error < 0 ? 0u - (uint32_t)error : (uint32_t)error;
   o->following_error = error;
-  o->position_demand = (int32_t)((uint32_t)axis->point.whole + (uint32_t)axis->home);
   if (axis->machine.state != DRIVE_ENABLED || o->following_window == NOT_WATCHED ||
-      size <= o->following_window || axis->mode == MODE_CST) {
+      size <= o->following_window) {
     axis->beyond = 0;
   } else if (axis->beyond++ >= o->following_timeout * CYCLES_PER_MS) {
     axis_fault(n, FOLLOWING_ERROR);
@@ -246,18 +252,53 @@ static bool rests(const struct axis *axis) {
   return axis->point.velocity == 0.0f && (motion_still(&axis->motion) || axis->settles >= SETTLE_CYCLES);
 }
 
+static float away(const struct setpoint *point, int32_t position) {
+  return (float)(int32_t)((uint32_t)position - (uint32_t)point->whole) - point->part;
+}
+
+/* Whether the axis is where the set-point is and as fast, as far as counts tell. */
+static bool follows(const struct axis *axis, int32_t position, float speed) {
+  return fabsf(away(&axis->point, position)) <= 1.0f && fabsf(speed - axis->point.velocity) <= 0.5f * CYCLES_PER_S;
+}
+
+/* The set-point of a stop that begins is the motion of the axis as far as it is known: at first the set-point that
+ * the axis follows, or what is measured, with the braking that the law has not done yet; then this prediction
+ * corrected by each position, by the gains of the least squares of all of them (expanding-memory g-h filter: E.
+ * Brookner, Tracking and Kalman Filtering Made Easy, 1998, 1.2.10). So the axis and its ramp have the same speed,
+ * whatever the loop of the law is. */
+static void begin_stop(struct axis *axis, int32_t position) {
+  if (axis->begun < DELAY_CYCLES) {
+    float speed = motion_speed(&axis->motion, axis->begun ? 0.0f : 1.0f);
+    float change = axis->begun ? axis->point.acceleration * CYCLE_S : 0.0f;
+    if (!axis->begun && follows(axis, position, speed)) {
+      axis->next = axis->point;
+      speed = axis->point.velocity;
+      axis->begun = BEGIN_CYCLES - 1;
+    } else {
+      axis->next = (struct setpoint){.whole = position, .velocity = speed + change};
+    }
+    setpoint_advance(&axis->next, (speed + 0.5f * change) * CYCLE_S);
+  } else {
+    float n = (float)(axis->begun - (DELAY_CYCLES - 1));
+    float share = 2.0f / ((n + 1.0f) * (n + 2.0f)), ahead = away(&axis->point, position);
+    axis->next.velocity += 3.0f * share * ahead * CYCLES_PER_S;
+    setpoint_advance(&axis->next, (2.0f * n + 4.0f) * share * ahead);
+  }
+  ++axis->begun;
+}
+
 /* One cycle of a stop. It starts from where the axis is measured and as fast as it moves: after a
  * following error the set-point may be far away and fast. */
 static void stop(struct axis *axis, int n, const struct axis_feedback *feedback, enum drive_ramp ramp) {
   const struct axis_objects *o = &objects.axis[n];
-  if (!axis->stops || axis->stopping != axis->machine.state) {
-    axis->point = (struct setpoint){.whole = feedback->position, .velocity = motion_speed(&axis->motion)};
-    axis->settles = 0;
-  }
+  if (!axis->stops || axis->stopping != axis->machine.state) axis->settles = axis->begun = 0;
+  if (axis->begun < BEGIN_CYCLES) begin_stop(axis, feedback->position);
   axis->stopping = axis->machine.state;
+  axis->point = axis->next;
   if (axis->point.velocity == 0.0f && axis->settles < SETTLE_CYCLES) ++axis->settles;
-  setpoint_brake(&axis->point,
+  setpoint_brake(&axis->next,
                  (float)(ramp == RAMP_PROFILE ? o->profile_acceleration : o->quick_stop_deceleration), CYCLE_S);
+  axis->point.acceleration = axis->next.acceleration;
   begin_mode(axis, n);
 }
 
@@ -299,6 +340,7 @@ void axis_cycle(int n, const struct axis_feedback *feedback, bool fresh, struct 
   *command = (struct axis_command){0};
   measure(axis, o, feedback);
   cia402_step(&axis->machine, o, al_state() == AL_OP, rests(axis));
+  supervise(axis, n, feedback);
   if (feedback->fault) { /* cannot be reset while it lasts */
     axis_fault(n, feedback->fault);
   } else if (axis->machine.state == DRIVE_DISABLED) {
@@ -326,7 +368,7 @@ void axis_cycle(int n, const struct axis_feedback *feedback, bool fresh, struct 
   axis->stops = command->power && ramp != RAMP_NONE;
   if (!axis->stops) axis->settles = 0;
   if (axis->mode == MODE_PROFILE_POSITION) profile_watch(&axis->profile, o, feedback->position);
-  supervise(axis, n, feedback);
+  o->position_demand = (int32_t)((uint32_t)axis->point.whole + (uint32_t)axis->home);
   o->statusword = status_of(axis, o);
   command->position = axis->point.whole;
   command->fraction = axis->point.part;

@@ -24,14 +24,16 @@ static int32_t way(const struct motion *motion, uint8_t cycles, uint8_t ago) {
   return (int32_t)(to - from);
 }
 
-float motion_speed(const struct motion *motion) {
+float motion_speed(const struct motion *motion, float ahead) {
+  float one = (float)way(motion, 1, 0) * CYCLES_PER_S;
+  float two = (float)way(motion, 1, 1) * CYCLES_PER_S;
   float last = (float)way(motion, SHORT, 0) * (CYCLES_PER_S / SHORT);
   float before = (float)way(motion, SHORT, SHORT) * (CYCLES_PER_S / SHORT);
-  float mean = (float)way(motion, LONG, 0) * (CYCLES_PER_S / LONG);
-  float sign = last < 0.0f ? -1.0f : 1.0f, least = sign * last;
-  float next = least + (least - sign * before); /* goes on changing like this */
-  if (next < least) least = next;
-  if (sign * mean < least) least = sign * mean;
+  float near = one + (one - two) * (0.5f + ahead); /* goes on changing like this */
+  float far = last + (last - before) * ((1.0f + ahead) / SHORT);
+  float sign = far < 0.0f ? -1.0f : 1.0f, least = sign * far;
+  if (sign * near < least) least = sign * near;
+  if (ahead > 0.0f && sign * last < least) least = sign * last;
   return least > 0.0f ? sign * least : 0.0f;
 }
 

@@ -16,10 +16,10 @@ struct motion {
 
 /* One control cycle. */
 void motion_take(struct motion *motion, int32_t position);
-/* Speed of the next set-point, increments/s: the least of that over two cycles, what it changes to if it goes on
- * changing, and that over seven; 0 if they disagree about the direction. So a stop that starts with it does not
- * accelerate an axis that is braking already. */
-float motion_speed(const struct motion *motion);
+/* Speed `ahead` cycles after the last position (0 or 1), increments/s: the least of what the changes over one and
+ * over two cycles lead to, and for a time ahead of what was measured over two cycles; 0 if they disagree about the
+ * direction. So a stop that starts with it does not accelerate an axis that is braking already. */
+float motion_speed(const struct motion *motion, float ahead);
 bool motion_still(const struct motion *motion);
 
 #endif

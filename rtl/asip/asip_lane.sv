@@ -4,6 +4,7 @@
 // vector_e1_i are the registers of the same index here, `zero` among them; stream_e1_i is set if the first one
 // is this lane's word of the stream; the others are the pipe's own. Writes are those of the pipe's bank that a
 // vector operation makes. addend_e1_o is the register that the bundle names as addend, whatever its operation.
+// What asip_vector makes of an operand that is the lane's own is decided in R2 as far as the operand alone decides.
 module asip_lane (
     input  logic                 clk_i,
     input  logic                 rst_ni,
@@ -38,17 +39,23 @@ module asip_lane (
   logic [2:0] here, soon, next, now;  // by operand
   logic [2:0] soon_r1_q, next_r1_q, now_r1_q, zero_r1_q, soon_r2_q, bypassed_r2_q;
   logic [2:0][5:0] index_d;
-  logic [2:0][31:0] read_r1, read_r2_q, bypass_r2_q, register_e1_q, operand_e1;
-  logic [31:0] last_q, word_r2_q, word_e1_q, result, a_e1, b_e1;
+  logic [2:0][31:0] read_r1, read_r2_q, bypass_r2_q, own_r2, own_e1_q;
+  logic stream_d, stream_r1_q, stream_r2_q;  // operand a is a word of the stream
+  logic not_nan_r2, far_r2;
+  logic positive_e1_q, negative_e1_q, far_e1_q;  // operand a of the lane, no NaN; far: -32 or below
+  logic [7:0] power_r2, power_e1_q;
+  logic [31:0] last_q, word_r2_q, result, a_e1, b_e1, c_e1;
   fp_pkg::flags_t flags;
 
   // A write by another operation of the pipe leaves this lane as it is.
   assign write = write_i && vector_q[Latency-1];
 
+  assign stream_d = source_d_i[0][8:6] == asip_isa_pkg::BANK_S;
+
   always_comb begin
     for (int unsigned i = 0; i < 3; i++) begin
       index_d[i] = source_d_i[i][5:0];
-      here[i]    = source_d_i[i][8:6] != asip_isa_pkg::BANK_ZERO;
+      here[i]    = source_d_i[i][8:6] != asip_isa_pkg::BANK_ZERO && !(i == 0 && stream_d);
       soon[i]    = here[i] && soon_i && vector_q[Latency-3] && soon_index_i == index_d[i];
       next[i]    = here[i] && next_i && vector_q[Latency-2] && next_index_i == index_d[i];
       now[i]     = here[i] && write && write_index_i == index_d[i];
@@ -72,40 +79,55 @@ module asip_lane (
   );
 
   // As in asip_operands_multiple: what was or is written back takes the place of what was read.
+  always_comb begin
+    for (int unsigned i = 0; i < 3; i++) begin
+      if (soon_r2_q[i]) own_r2[i] = result;
+      else if (bypassed_r2_q[i]) own_r2[i] = bypass_r2_q[i];
+      else own_r2[i] = read_r2_q[i];
+    end
+    if (stream_r2_q) own_r2[0] = word_r2_q;
+  end
+
+  assign not_nan_r2 = !((&own_r2[0][30:23]) && (|own_r2[0][22:0]));
+  assign far_r2     = own_r2[0][31] && own_r2[0][30] && (|own_r2[0][29:25]);
+  assign power_r2   = own_r2[1][7:0] + 8'd127;
+
   always_ff @(posedge clk_i) begin
     soon_r1_q     <= soon;
     next_r1_q     <= next;
     now_r1_q      <= now;
     zero_r1_q     <= ~here;
+    stream_r1_q   <= stream_d;
     last_q        <= result;
     soon_r2_q     <= soon_r1_q;
     bypassed_r2_q <= next_r1_q | now_r1_q | zero_r1_q;
+    stream_r2_q   <= stream_r1_q;
     read_r2_q     <= read_r1;
     word_r2_q     <= word_r1_i;
-    word_e1_q     <= word_r2_q;
     for (int unsigned i = 0; i < 3; i++) begin
       bypass_r2_q[i] <= ({32{next_r1_q[i]}} & result) | ({32{now_r1_q[i]}} & last_q);
-      if (soon_r2_q[i]) register_e1_q[i] <= result;
-      else if (bypassed_r2_q[i]) register_e1_q[i] <= bypass_r2_q[i];
-      else register_e1_q[i] <= read_r2_q[i];
     end
+    own_e1_q      <= own_r2;
+    positive_e1_q <= not_nan_r2 && !own_r2[0][31];
+    negative_e1_q <= not_nan_r2 && own_r2[0][31];
+    far_e1_q      <= not_nan_r2 && far_r2;
+    power_e1_q    <= power_r2;
   end
 
-  always_comb begin
-    for (int unsigned i = 0; i < 3; i++) begin
-      operand_e1[i] = vector_e1_i[i] ? register_e1_q[i] : operand_e1_i[i];
-    end
-    if (stream_e1_i) operand_e1[0] = word_e1_q;
-  end
-
-  asip_vector u_vector (
-      .power_i(power_e1_i),
-      .below_i(below_e1_i),
-      .above_i(above_e1_i),
-      .a_i    (operand_e1[0]),
-      .b_i    (operand_e1[1]),
-      .a_o    (a_e1),
-      .b_o    (b_e1)
+  asip_lane_operands u_operands (
+      .power_i    (power_e1_i),
+      .below_i    (below_e1_i),
+      .above_i    (above_e1_i),
+      .select_i   (vector_e1_i | {2'd0, stream_e1_i}),
+      .own_i      (own_e1_q),
+      .positive_i (positive_e1_q),
+      .negative_i (negative_e1_q),
+      .far_i      (far_e1_q),
+      .own_power_i(power_e1_q),
+      .pipe_i     (operand_e1_i),
+      .a_o        (a_e1),
+      .b_o        (b_e1),
+      .c_o        (c_e1)
   );
 
   fp_fma u_fma (
@@ -117,13 +139,13 @@ module asip_lane (
       .neg_addend_i (1'b0),
       .a_i          (a_e1),
       .b_i          (b_e1),
-      .c_i          (operand_e1[2]),
+      .c_i          (c_e1),
       .valid_o      (valid),
       .result_o     (result),
       .flags_o      (flags)
   );
 
-  assign addend_e1_o = register_e1_q[2];
+  assign addend_e1_o = own_e1_q[2];
   assign flags_o     = valid ? flags : '0;
 
 endmodule

@@ -2,6 +2,8 @@
 // asip_vector: what a vector operation makes of its operands before the multiply-add. Combinational.
 // Contract: with power_i operand b becomes 2^n, n the int8 in its lowest bits; with below_i operand a becomes
 // max(min(a, 0), -32), with above_i max(a, 0); a NaN stays one. Without any of them both pass unchanged.
+// At most one of them is set. The exponents of the multiply-add follow in the same cycle, so what selects is
+// beside the operand, not before it: a limit by sign and exponent alone, and that the operand is a NaN.
 module asip_vector (
     input  logic        power_i,
     input  logic        below_i,
@@ -12,16 +14,24 @@ module asip_vector (
     output logic [31:0] b_o
 );
 
-  localparam logic [31:0] Least = 32'hC200_0000;  // -32
+  logic highest, fraction, far, limited, keep, least;
+  logic [7:0] exponent, power;
 
-  logic is_nan, far, zero;
-  logic [7:0] exponent;
+  assign highest  = &a_i[30:23];
+  assign fraction = |a_i[22:0];
+  assign far      = a_i[30] && (|a_i[29:25]);  // 32 or more
+  assign limited  = a_i[31] ? above_i || (below_i && far) : below_i;
+  assign keep     = !limited || (highest && fraction);
+  assign least    = below_i && a_i[31] && far && !(highest && fraction);
 
-  assign is_nan   = (&a_i[30:23]) && (|a_i[22:0]);
-  assign far      = below_i && a_i[31] && a_i[30:23] >= Least[30:23] && !is_nan;
-  assign zero     = !is_nan && ((below_i && !a_i[31]) || (above_i && a_i[31]));
-  assign exponent = b_i[7:0] + 8'd127;
-  assign a_o      = far ? Least : (zero ? '0 : a_i);
-  assign b_o      = power_i ? {1'b0, exponent, 23'd0} : b_i;
+  // -32 has three bits set.
+  assign a_o = (a_i & {32{keep}}) | {least, least, 4'd0, least, 25'd0};
+
+  // n + 127 = (n ^ 128) - 1 modulo 256: a bit changes if all below it are zero.
+  assign exponent = {!b_i[7], b_i[6:0]};
+  always_comb begin
+    for (int unsigned i = 0; i < 8; i++) power[i] = exponent[i] ^ !(|(b_i[7:0] & 8'((1 << i) - 1)));
+  end
+  assign b_o = (b_i & {32{!power_i}}) | {1'b0, power & {8{power_i}}, 23'd0};
 
 endmodule

@@ -73,6 +73,8 @@ def test_vector__read_at_any_distance_from_its_write__every_lane(pipe, gap):
 
 
 OPERANDS = """\
+.const least = -40, pin k3
+.const power = 12582913, pin k4
 .vectors N{pin}, pin {pin} = 1, -2, -40, 5, 12582912, 12582913, 12582917, 12582910
 """
 
@@ -88,6 +90,13 @@ OPERANDS = """\
         ("vbelow {0}4, {0}1, k2", (0, -4, -64, 0)),
         ("vbelow {0}4, {0}1, {0}1", (0, 4, 1280, 0)),
         ("vabove {0}4, {0}1, k2, {0}1", (3, -2, -40, 15)),
+        # One operand of the pipe for every lane.
+        ("vbelow {0}4, k3, {0}1", (-32, 64, 1280, -160)),
+        ("vbelow {0}4, k2, {0}1", (0, 0, 0, 0)),
+        ("vabove {0}4, k3, {0}1, k1", (1, 1, 1, 1)),
+        ("vabove {0}4, k2, {0}1, k1", (3, -3, -79, 11)),
+        ("vscale {0}4, {0}1, k4, k1", (3, -3, -79, 11)),
+        ("vscale {0}4, k2, {0}2, k1", (3, 5, 65, 1.5)),
     ],
 )
 def test_operands_of_a_vector_operation__every_lane(pipe, line, want):
@@ -98,17 +107,42 @@ def test_operands_of_a_vector_operation__every_lane(pipe, line, want):
     assert lanes(got, pipe) == floats(*want)
 
 
+NOT_NUMBERS = (0x7FC00000, 0xFFC00001, 0x7F800001, 0xFFBFFFFF)
+INFINITIES = (0x7F800000, 0xFF800000, 0x7F7FFFFF, 0xC2000001)
+
+
+def limited(name: str, source: str, words: tuple[int, ...]) -> list[str]:
+    """Lanes of `vbelow` or `vabove` times 1: of the words of a stream or of the constant k1."""
+    texts = [f"{bits:08x}" for bits in words]
+    stream = StreamEntry("s", "A", 0, texts[:1], [[word] for word in texts[1:]])
+    addend = ["zero"] if name == "vabove" else []
+    bundles = [(op("seek", imm=0),), (op(name, "a1", source, "k0", *addend),)]
+    bundles += [(op("vout", f"a{10 + n}", "zero", "a1", imm=n, pipe=0),) for n in range(LANES)]
+    constants = {"k0": ONE, "k1": words[0]}
+    return lanes(
+        bench.verify(bench.image("wide", [*bundles, HALT], constants, outputs=0, streams=[stream])),
+        "a",
+    )
+
+
 @pytest.mark.parametrize("name", ["vbelow", "vabove"])
 def test_not_a_number__stays_one_in_every_lane(name):
-    words = [f"{bits:08x}" for bits in (0x7FC00000, 0xFFC00001, 0x7F800001, ONE)]
-    stream = StreamEntry("s", "A", 0, words[:1], [[word] for word in words[1:]])
-    addend = ["zero"] if name == "vabove" else []
-    bundles = [(op("seek", imm=0),), (op(name, "a1", "s0", "k0", *addend),)]
-    bundles += [(op("vout", f"a{10 + n}", "zero", "a1", imm=n, pipe=0),) for n in range(LANES)]
-    got = bench.verify(
-        bench.image("wide", [*bundles, HALT], {"k0": ONE}, outputs=0, streams=[stream])
-    )
-    assert lanes(got, "a") == ["7fc00000"] * 3 + floats(0 if name == "vbelow" else 1)
+    assert limited(name, "s0", NOT_NUMBERS) == ["7fc00000"] * 4
+    for word in NOT_NUMBERS:
+        assert limited(name, "k1", (word, ONE, ONE, ONE)) == ["7fc00000"] * 4
+
+
+@pytest.mark.parametrize(
+    ("name", "want"),
+    [
+        ("vbelow", ("00000000", "c2000000", "00000000", "c2000000")),
+        ("vabove", ("7f800000", "00000000", "7f7fffff", "00000000")),
+    ],
+)
+def test_infinity_and_what_is_just_beyond_a_limit__every_lane(name, want):
+    assert limited(name, "s0", INFINITIES) == list(want)
+    for word, alone in zip(INFINITIES, want, strict=True):
+        assert limited(name, "k1", (word, ONE, ONE, ONE)) == [alone] * 4
 
 
 @pytest.mark.parametrize("pipe", "ab")

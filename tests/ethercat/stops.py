@@ -8,7 +8,6 @@ Nothing of it is in the application.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from random import Random
@@ -31,6 +30,7 @@ from tests.ethercat.host import SAFEOP
 NO_MODE = 0
 MODES = (CSP, CSV, CST, PP, HOMING, NO_MODE)
 NOISE = 10_000  # increments/s: two of the last places of a position in a control cycle
+INCREMENT = 1  # of the encoder: less than one cannot be measured
 FAULT = 0x5441
 HALT = ENABLE | 0x100
 COMMANDS = {"quick stop": QUICK_STOP, "shutdown": SHUTDOWN, "disable": SWITCH_ON, "halt": HALT}
@@ -46,11 +46,6 @@ class Mass:
     bandwidth: float
     position: float = 0.0
     speed: float = 0.0
-
-    def lag(self, speed: float) -> float:
-        """The greatest lag of its loop after a set-point that is slower by `speed` at once: the
-        peak of speed t exp(-bandwidth t)."""
-        return speed / (math.e * self.bandwidth)
 
     def step(self, axis) -> None:
         """A control cycle with this command."""
@@ -86,19 +81,20 @@ class Moved(Drives):
 
 
 def run_to_the_stop(drives: Moved, period: int | None = 10) -> tuple[list[float], float]:
-    """Measured speeds from the present one on, and the distance, till power goes or it rests; a
-    frame in each `period`-th cycle.
+    """Measured speeds from the present one on, and the greatest distance from here, till power goes
+    or it rests; a frame in each `period`-th cycle.
     """
-    speeds, start = [drives.mass.speed], drives.mass.position
+    speeds, start, distance = [drives.mass.speed], drives.mass.position, 0.0
     for n in range(20_000):
         if period and n % period == 0:
             drives.outputs(drives.values)
         drives.cycle()
         speeds.append(drives.mass.speed)
+        distance = max(distance, abs(drives.mass.position - start))
         axis = drives.command.axis[0]
         if not axis.power or (n > 20 and axis.velocity == 0 and abs(drives.mass.speed) < NOISE):
             break
-    return speeds, abs(drives.mass.position - start)
+    return speeds, distance
 
 
 @dataclass(frozen=True)
@@ -107,11 +103,10 @@ class Stop:
 
     kind: str
     mode: int
-    before: float  # the measured speed at the stop
+    before: float  # the speed when the law gets the first set-point of the stop
     highest: float  # after it
     distance: float
-    shortest: float  # braking from `before`, and a tick
-    longest: float  # braking from a first speed, a tick, the loop's lag, an increment
+    shortest: float  # braking from `before` or the speed a tick earlier, and a tick
 
     @property
     def ratio(self) -> float:
@@ -120,7 +115,7 @@ class Stop:
 
     @property
     def too_far(self) -> bool:
-        return self.distance > self.longest
+        return self.distance > self.shortest + INCREMENT
 
 
 def situation(seed: int) -> Stop:
@@ -166,17 +161,9 @@ def situation(seed: int) -> Stop:
             break
     else:
         _begin(drives, kind, period)
-    # The pass that found the fault gave the first set-point of the stop. Till the next tick the law
-    # has the one before.
+    # The pass that found the fault gave the first set-point of the stop; the law has it from the
+    # tick after it on, which is now.
     before, sampled = abs(mass.speed), abs(drives.sampled)
-    drives.cycle()
-    before = max(before, abs(mass.speed))
-    # The set-point's first speed is what the counts of 0.7 ms say. If the axis is slower, its ramp
-    # is longer; if the axis is faster, the law's loop makes up the difference.
-    first = drives.command.axis[0].velocity if drives.command.axis[0].power else mass.speed
-    # Both the axis' own speed and the set-point's first speed bound the distance.
-    own = max(before, sampled)  # a strong machine changes its speed within the tick
-    told, apart = max(own, abs(first)), abs(mass.speed - first)
     speeds, distance = run_to_the_stop(drives, None if kind == "frames end" else period)
     ramp = {
         "quick stop": profile if quick in (1, 5) else fast,
@@ -186,18 +173,14 @@ def situation(seed: int) -> Stop:
         "disable": profile,
     }.get(kind, profile if fault == 1 else fast)
     brake = 2 * min(ramp, mass.force)
+    own = max(before, sampled)  # a strong machine changes its speed within the tick
     return Stop(
         kind=kind,
         mode=mode,
         before=before,
         highest=max(map(abs, speeds)),
         distance=distance,
-        shortest=before**2 / brake + before * TICK,
-        longest=1
-        + min(
-            own**2 / brake + own * TICK + mass.lag(own),
-            told**2 / brake + told * TICK + mass.lag(apart),
-        ),
+        shortest=own**2 / brake + own * TICK,
     )
 
 
