@@ -14,8 +14,10 @@ effort counted in schedules, not in time.
 from __future__ import annotations
 
 import bisect
+import functools
 import heapq
 import itertools
+import operator
 import random
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -57,6 +59,11 @@ class Value:
     kept: bool
 
 
+Row = tuple[list[tuple[int, int]], int, int, int, bool, int | None, tuple[str, int] | None]
+"""Of an operation: edges from those placed before it, number of its lane, slots of the lane, cycles
+from its issue to its write, and whether or which it takes of port, pipe and units that block."""
+
+
 @dataclass(frozen=True)
 class Problem:
     """A graph with the resources each operation takes.
@@ -78,6 +85,33 @@ class Problem:
     values: list[Value] = field(default_factory=list)
     capacity: tuple[int, ...] = ()
     around: list[tuple[int, int, int]] | None = None
+
+    @functools.cached_property
+    def rows(self) -> tuple[list[Row], list[Row]]:
+        """What `place` reads of each operation, forward and backward. The lists of a problem are
+        not changed after its first schedule.
+        """
+        number = {name: n for n, name in enumerate(self.lanes)}
+        graph, found = self.graph, []
+        for edges, sign in ((graph.predecessors, 1), (graph.successors, -1)):
+            lane = [number[name] for name in self.lane]
+            slots = [self.lanes[name] for name in self.lane]
+            rank = [sign * cycles for cycles in graph.latency]
+            given = (edges, lane, slots, rank, self.port, self.pipe, self.blocked)
+            found.append(list(zip(*given, strict=True)))
+        return found[0], found[1]
+
+    @functools.cached_property
+    def loose(self) -> list[tuple[int, int]]:
+        """Operations (i, j) of which j, which comes after i, may issue in the cycle of i."""
+        successors = enumerate(self.graph.successors)
+        return [(i, j) for i, edges in successors for j, distance in edges if distance <= 0]
+
+    @functools.cached_property
+    def writes(self) -> list[tuple[int, int]]:
+        """Operations that take the write port, and their latency."""
+        latency = enumerate(self.graph.latency)
+        return [(i, cycles) for i, cycles in latency if self.port[i]]
 
 
 def build_problem(
@@ -121,22 +155,17 @@ class Progress:
 
 def length(problem: Problem, times: Sequence[int]) -> int:
     """First cycle without a pending write."""
-    return max(
-        (t + latency + 1 for t, latency in zip(times, problem.graph.latency, strict=True)),
-        default=0,
-    )
+    return max(map(operator.add, times, problem.graph.latency), default=-1) + 1
 
 
 def round_cycles(problem: Problem, times: Sequence[int]) -> int:
     """Cycles from round to round of a loop whose body issues at `times`."""
     found = max(times, default=0) + 1
     for i, j, distance in problem.around or ():
-        found = max(found, times[i] + distance - times[j])
-    writes = [
-        (t + latency) % found
-        for t, latency, port in zip(times, problem.graph.latency, problem.port, strict=True)
-        if port
-    ]
+        cycles = times[i] + distance - times[j]
+        if cycles > found:
+            found = cycles
+    writes = [(times[i] + latency) % found for i, latency in problem.writes]
     return found + len(writes) - len(set(writes))
 
 
@@ -210,18 +239,33 @@ def ordered(graph: Graph, keys: Sequence[float], forward: bool) -> list[int]:
     """
     before = graph.predecessors if forward else graph.successors
     after = graph.successors if forward else graph.predecessors
-    waiting = [len(edges) for edges in before]
-    ready = [(keys[i], i) for i, count in enumerate(waiting) if count == 0]
+    by_key = sorted(range(len(keys)), key=keys.__getitem__)
+    rank = [0] * len(keys)  # whole numbers are compared faster than keys and operations
+    for place, i in enumerate(by_key):
+        rank[i] = place
+    waiting = list(map(len, before))
+    ready = [rank[i] for i, count in enumerate(waiting) if count == 0]
     heapq.heapify(ready)
+    push, pop = heapq.heappush, heapq.heappop
     result = []
     while ready:
-        _, i = heapq.heappop(ready)
+        i = by_key[pop(ready)]
         result.append(i)
         for j, _ in after[i]:
-            waiting[j] -= 1
-            if waiting[j] == 0:
-                heapq.heappush(ready, (keys[j], j))
+            count = waiting[j] = waiting[j] - 1
+            if count == 0:
+                push(ready, rank[j])
     return result
+
+
+def ordered_again(problem: Problem, keys: Sequence[float], forward: bool) -> list[int]:
+    """As `ordered`, where the keys are issue cycles of a schedule (or, backward, their negatives).
+
+    Such keys have no operation before one it depends on, except for operations in one cycle.
+    """
+    if not forward and any(keys[i] == keys[j] for i, j in problem.loose):
+        return ordered(problem.graph, keys, forward)
+    return sorted(range(len(keys)), key=keys.__getitem__)
 
 
 def place(
@@ -231,51 +275,54 @@ def place(
     backward the schedule is built from its end and then moved to start at 0. least: cycles of each
     operation from the start, or to the end.
     """
-    latency = problem.graph.latency
-    edges = problem.graph.predecessors if forward else problem.graph.successors
     # Backward the time axis is mirrored: u = -(issue), ends are aligned at the last write.
-    sign = 1 if forward else -1
-    lane, port, pipe, blocked = problem.lane, problem.port, problem.pipe, problem.blocked
-    lanes = problem.lanes
-    used: dict[str, dict[int, int]] = {name: {} for name in lanes}
-    skip: dict[str, dict[int, int]] = {name: {} for name in lanes}
-    writes: set[int] = set()
+    rows = problem.rows[0 if forward else 1]
+    used: list[dict[int, int]] = [{} for _ in problem.lanes]
+    skip: list[dict[int, int]] = [{} for _ in problem.lanes]
+    writes: dict[int, int] = {}
     fixed: set[tuple[int, int]] = set()
-    busy: dict[str, dict[int, int]] = {block[0]: {} for block in blocked if block is not None}
+    busy: dict[str, dict[int, int]] = {
+        block[0]: {} for block in problem.blocked if block is not None
+    }
     times = [0] * len(order)
     for i in order:
-        u = least[i] if least else 0 if forward else latency[i] + 1
-        for j, distance in edges[i]:
+        edges, home, slots, rank, takes_port, pipe, block = rows[i]
+        u = least[i] if least else 0 if forward else 1 - rank
+        for j, distance in edges:
             v = times[j] + distance
             if v > u:
                 u = v
-        home = lane[i]
-        table, jump, slots = used[home], skip[home], lanes[home]
-        rank = sign * latency[i]
-        takes_port = port[i]
-        block = blocked[i]
-        while True:
-            if u in jump:
-                u = _first_free(jump, u)
-            if (takes_port and u + rank in writes) or (u, pipe[i]) in fixed:
-                u += 1
-                continue
-            if block is not None and u in busy[block[0]]:
-                u = _first_free(busy[block[0]], u)
-                continue
-            break
+        jump = skip[home]
+        if u in jump:
+            u = _first_free(jump, u)
+        if takes_port or pipe is not None or block is not None:
+            while True:
+                if takes_port and u + rank in writes:
+                    u = _first_free(writes, u + rank) - rank
+                elif pipe is not None and (u, pipe) in fixed:
+                    u += 1
+                elif block is not None and u in busy[block[0]]:
+                    u = _first_free(busy[block[0]], u)
+                elif u not in jump:
+                    break
+                if u in jump:
+                    u = _first_free(jump, u)
+            if takes_port:
+                writes[u + rank] = u + rank + 1
+            if pipe is not None:
+                fixed.add((u, pipe))
+            if block is not None:
+                unit, interval = block
+                taken = range(u - interval + 1, u + interval)
+                busy[unit].update(dict.fromkeys(taken, u + interval))
         times[i] = u
-        count = table.get(u, 0) + 1
-        table[u] = count
-        if count == slots:
+        if slots == 1:
             jump[u] = u + 1
-        if takes_port:
-            writes.add(u + rank)
-        if (fixed_to := pipe[i]) is not None:
-            fixed.add((u, fixed_to))
-        if block is not None:
-            unit, interval = block
-            busy[unit].update(dict.fromkeys(range(u - interval + 1, u + interval), u + interval))
+        else:
+            table = used[home]
+            count = table[u] = table.get(u, 0) + 1
+            if count == slots:
+                jump[u] = u + 1
     if forward:
         return times
     last = max(times, default=0)
@@ -297,9 +344,14 @@ def pressure(problem: Problem, times: Sequence[int]) -> list[int]:
     end = max(times, default=0) + 1
     steps = [[0] * (end + 2) for _ in problem.capacity]
     for value in problem.values:
-        step = steps[value.pool]
+        step, readers = steps[value.pool], value.readers
         begin = 0 if value.definition is None else times[value.definition]
-        last = end if value.kept else max((times[i] for i in value.readers), default=begin + 1)
+        if value.kept:
+            last = end
+        elif len(readers) == 1:
+            last = times[readers[0]]
+        else:
+            last = max([times[i] for i in readers], default=begin + 1)
         step[begin] += 1
         step[last] -= 1
     return [max(itertools.accumulate(step)) for step in steps]
@@ -449,6 +501,12 @@ class _Search:
         order = ordered(self.problem.graph, keys, forward)
         return place(self.problem, order, forward, self._least(keys, forward))
 
+    def _place_again(self, keys: Sequence[int], forward: bool) -> list[int]:
+        """As `_place`, for keys that are those of `ordered_again`."""
+        self.tried += 1
+        order = ordered_again(self.problem, keys, forward)
+        return place(self.problem, order, forward, self._least(keys, forward))
+
     def _least(self, keys: Sequence[float], forward: bool) -> list[int]:
         """Of the body of a loop: cycles that operations keep from the start, or from the end, for
         those of the round before, or after, if these are where the keys say.
@@ -471,9 +529,12 @@ class _Search:
         """Justify to the end and back to the start, as long as that is better."""
         best = (self._cost(times), times)
         while self.tried < self.effort:
-            late = self._place([-t for t in best[1]], False)
-            early = self._place(late, True)
-            found = min((self._cost(late), late), (self._cost(early), early))
+            late = self._place_again([-t for t in best[1]], False)
+            early = self._place_again(late, True)
+            # A longer schedule costs more, whatever its registers.
+            most = best[0][0]
+            near = [times for times in (late, early) if self.length(self.problem, times) <= most]
+            found = min(((self._cost(times), times) for times in near), default=best)
             if found[0] >= best[0]:
                 break
             best = found
