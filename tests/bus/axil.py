@@ -19,7 +19,7 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, Timer
 from cocotb_tools.runner import get_results
 
-from sim.cocotb.runner import Simulation
+from sim.cocotb.runner import OPTIMISATION, Simulation
 from sim.rtl.build import ROOT
 
 OKAY, SLVERR = 0, 2
@@ -164,15 +164,16 @@ def run_scenarios(
     folder: Path,
     parameters: Mapping[str, int] | None = None,
     environment: Mapping[str, str] | None = None,
+    optimisation: str = OPTIMISATION,
 ) -> None:
     """Build `top` in `folder` and run every `@cocotb.test()` or `@scenario` of `bench`, or SCENARIO
-    alone.
+    alone. `optimisation` is the C++ compiler's, for long simulations.
 
     Raises AssertionError with the log's end and how to replay if one fails or is missing.
     """
     seed, scenario = os.environ.get("SEED", "1"), os.environ.get("SCENARIO")
     scenarios = re.findall(r"@(?:cocotb\.test\(\)|scenario)\n(?:async )?def", bench.read_text())
-    simulation = Simulation(top, sources, folder, parameters)
+    simulation = Simulation(top, sources, folder, parameters, optimisation=optimisation)
     results = simulation.run(
         ".".join(bench.relative_to(ROOT).with_suffix("").parts),
         {"SEED": seed, **(environment or {})},

@@ -17,4 +17,5 @@ TOP = "mii_slave"
 
 
 def test_mii_source__every_scenario() -> None:
-    run_scenarios(TOP, (), HERE / "mii_source_tb.py", ROOT / "build/mii_source")
+    bench, folder = HERE / "mii_source_tb.py", ROOT / "build/mii_source"
+    run_scenarios(TOP, (), bench, folder, optimisation="-O1")
