@@ -305,10 +305,11 @@ def stops(order: Order, report: Report) -> Iterator[Goal]:
     about = "highest speed after a stop over the measured speed at it, noise aside"
     yield at_most(about, round(ratio, 4), 1, "1")
     longer = [stop.distance - stop.shortest for stop in found if stop.distance > stop.shortest]
-    about = "stops longer than v^2/2a and a tick by more than an increment of the encoder"
-    most = max(longer, default=0.0)
-    note = f"{len(longer)} are longer by a part of one, the longest by {most:.2f} increments"
-    yield at_most(about, sum(stop.too_far for stop in found), 0, "stops", note)
+    about = "stops longer than v^2/2a and a tick"
+    note = f"the longest by {max(longer, default=0.0):.2f} increments of the encoder"
+    yield at_most(about, len(longer), 0, "stops", note)
+    about = f"{about} by more than an increment of the encoder"
+    yield at_most(about, sum(stop.too_far for stop in found), 0, "stops")
 
 
 def objects(order: Order, report: Report) -> Iterator[Goal]:
