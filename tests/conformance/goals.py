@@ -179,7 +179,7 @@ def first_prompt(full: bool) -> Iterator[Goal]:
         build = "from sim.rtl.nios_rtl import NiosRtl; NiosRtl('fpga2', debug=True)"
         for command in (
             ["git", "clone", "-q", ROOT, clone],
-            ["make", "-s", "-C", clone, "setup", "nios-gdb"],
+            ["make", "-s", "-C", clone, "tools", "T=nios-gdb"],
             [clone / ".venv/bin/python", "-c", build],
             [*gdb, "-ex", session, "-ex", "break main", "-ex", "continue", elf],
         ):
