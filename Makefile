@@ -37,8 +37,8 @@ export SEED WAVES PROGRAMS
 PYTHON_ALLOWED := PYTHON PYTHONDONTWRITEBYTECODE PYTHONPYCACHEPREFIX PYTHONUNBUFFERED
 unexport $(filter-out $(PYTHON_ALLOWED),$(filter PYTHON%,$(.VARIABLES)))
 export PYTHONNOUSERSITE := 1
-# Tests start Python hundreds of times, so it compiles each module once. Who wants no such files next to
-# the sources has them in build.
+# Tests start Python hundreds of times, so it compiles each module once. With PYTHONDONTWRITEBYTECODE the
+# compiled files are in build, not next to the sources.
 ifdef PYTHONDONTWRITEBYTECODE
 test test-full: export PYTHONPYCACHEPREFIX := $(CURDIR)/build/pycache
 test test-full: export PYTHONDONTWRITEBYTECODE :=

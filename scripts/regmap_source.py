@@ -2,8 +2,8 @@
 """Register maps in SystemRDL 2.0, read by systemrdl-compiler into `asip_asm.regmap.RegisterMap`.
 
 A map is an addrmap of blocks: one regfile, `csr`, of registers of 32 bits; memories; other maps.
-The compiler checks the language, overlaps and widths; here is checked what our hardware asks for
-next to that: blocks are aligned powers of two and rows of registers are at multiples of their
+The compiler checks the language, overlaps and widths; what our hardware needs is checked here
+in addition: blocks are aligned powers of two and rows of registers are at multiples of their
 length, because it decodes an address by its upper bits.
 """
 

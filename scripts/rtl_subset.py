@@ -247,7 +247,7 @@ ALL_RULES = (
 
 
 def bare(text: str) -> str:
-    """Text with comments, attributes and the inside of strings blanked, line breaks left."""
+    """Text with comments, attributes and the inside of strings blanked, line breaks unchanged."""
 
     def blank(match: re.Match[str]) -> str:
         return re.sub(r"[^\n]", " ", match[0])

@@ -2,8 +2,8 @@
 // asip_vector: what a vector operation makes of its operands before the multiply-add. Combinational.
 // Contract: with power_i operand b becomes 2^n, n the int8 in its lowest bits; with below_i operand a becomes
 // max(min(a, 0), -32), with above_i max(a, 0); a NaN stays one. Without any of them both pass unchanged.
-// At most one of them is set. The exponents of the multiply-add follow in the same cycle, so what selects is
-// beside the operand, not before it: a limit by sign and exponent alone, and that the operand is a NaN.
+// At most one of them is set. The exponents of the multiply-add follow in the same cycle, so the
+// selection is computed in parallel: the limit from sign and exponent alone, and whether the operand is a NaN.
 module asip_vector (
     input  logic        power_i,
     input  logic        below_i,

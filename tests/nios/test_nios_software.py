@@ -85,6 +85,13 @@ def test_image_is_what_its_elf_file_holds(tmp_path, capsys):
     assert not re.search(r"\t\.word 0x[0-9a-f]*[1-9a-f]", listing)
 
 
+@pytest.mark.parametrize("image", sorted(nios_image.IMAGES.glob("**/*.elf")), ids=lambda p: p.stem)
+def test_gp__reaches_all_data_with_16_bits(image):
+    data = load_system_map().memories["dtcm"]
+    gp = nios_image.read_elf(image).address("_gp")
+    assert (data.base, data.base + 4 * data.words - 1) == (gp - 0x8000, gp + 0x7FFF)
+
+
 def test_program_outside_of_the_memories_is_refused(tmp_path):
     small = SYSTEM_TOML.read_text().replace("words = 16384", "words = 64")
     path = tmp_path / "system.toml"
