@@ -161,9 +161,7 @@ def test_status__changes_behind_eight_nibbles_not_counting_frames():
 
 
 def test_link__falls_without_the_clock_and_comes_back():
-    clocks = stated(
-        r"falls (\d+) clocks after the clock that sampled the last edge of RXC", HEADER
-    )
+    clocks = stated(r"falls (\d+) clocks after the clock that sampled the last edge of RXC", HEADER)
     with Rgmii(LINKED) as rgmii:
         rgmii.stop()
         rgmii.run((clocks - 2) * 10)
