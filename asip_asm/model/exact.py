@@ -10,6 +10,7 @@ given, since the core's are not correctly rounded.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,13 +53,6 @@ def _truth(a: NDArray[np.bool_]) -> NDArray[np.float32]:
     return a.astype(np.float32)
 
 
-def _choose(test: NDArray[np.bool_], b: Array, c: Array) -> Array:
-    bits: NDArray[np.uint32] = np.where(test, b.view(np.uint32), c.view(np.uint32))
-    if b.dtype != c.dtype or b.dtype == np.uint32:
-        return bits
-    return bits.view(np.float32) if b.dtype == np.float32 else bits.view(np.int32)
-
-
 OPERATIONS: dict[str, Callable[..., Array]] = {
     "fmadd": fma,
     "fnmsub": lambda a, b, c: fma(-a, b, c),
@@ -77,43 +71,80 @@ OPERATIONS: dict[str, Callable[..., Array]] = {
     "fneg": lambda a: -a,
     "fsgn": lambda a: (np.sign(a) + np.float32(0)).astype(np.float32),
     "fsat": lambda a, b, c: np.where(a < b, b, np.where(a > c, c, a)),
-    "sel": lambda a, b, c: _choose((a != 0) & ~np.isnan(a), b, c),
-    "selge": lambda a, b, c: _choose(a >= 0, b, c),
-    "selgt": lambda a, b, c: _choose(a > 0, b, c),
-    "iadd": lambda a, b: a.view(np.int32) + b.view(np.int32),
-    "isub": lambda a, b: a.view(np.int32) - b.view(np.int32),
+    "sel": lambda a, b, c: np.where((a != 0) & ~np.isnan(a), b, c),
+    "selge": lambda a, b, c: np.where(a >= 0, b, c),
+    "selgt": lambda a, b, c: np.where(a > 0, b, c),
+    "iadd": lambda a, b: a + b,
+    "isub": lambda a, b: a - b,
     "fdiv": lambda a, b: a / b,
     "fsqrt": np.sqrt,
-    "i2f": lambda a: a.view(np.int32).astype(np.float32),
+    "i2f": lambda a: a.astype(np.float32),
     "f2i": lambda a: _to_int(np.rint(a)),
     "f2it": lambda a: _to_int(np.trunc(a)),
 }
+
+
+TO_INT = ("iadd", "isub", "f2i", "f2it")
+PART = 1 << 16  # values that are computed at once, so that the doubles of `fma` stay in the cache
 
 
 def evaluate(graph: Graph, values: Mapping[str, Array], sine: Sine) -> dict[int, Array]:
     """Value of every node that is used, arrays (N,).
 
     values: arrays (N,) of inputs, states and parameters by name, float32 or int32. sine: of the
-    core's unit.
+    core's unit. Operations of a kind that wait for no other one are computed at once: matrix laws
+    have thousands of nodes.
     """
-    operations = OPERATIONS | {"fsin": lambda a: sine(a, False), "fcos": lambda a: sine(a, True)}
+
+    def of_unit(a: Array, cosine: bool) -> Array:
+        return sine(a.ravel(), cosine).reshape(a.shape)
+
+    operations = OPERATIONS | {
+        "fsin": lambda a: of_unit(a, False),
+        "fcos": lambda a: of_unit(a, True),
+    }
     size = len(next(iter(values.values())))
-    result: dict[int, Array] = {}
+    used = list(graph.used())
+    row = {i: n for n, i in enumerate(used)}
+    bits = np.empty((len(used), size), np.uint32)
+    kinds: dict[int, np.dtype[Any]] = {}
+    levels: dict[int, int] = {}
+    groups: dict[tuple[int, str], list[int]] = {}
+    for i in used:
+        node = graph.nodes[i]
+        if node.args:
+            levels[i] = 1 + max(levels[arg] for arg in node.args)
+            groups.setdefault((levels[i], node.op), []).append(i)
+            kinds[i] = _kind(node, kinds)
+        else:
+            levels[i], leaf = 0, _leaf(node, values, size)
+            bits[row[i]], kinds[i] = leaf.view(np.uint32), leaf.dtype
+    most = max(1, PART // max(1, size))
     with np.errstate(all="ignore"):
-        for i in graph.used():
-            node = graph.nodes[i]
-            if node.args:
-                args = [_typed(node.op, k, result[arg]) for k, arg in enumerate(node.args)]
-                result[i] = np.ascontiguousarray(operations[node.op](*args))
-            else:
-                result[i] = _leaf(node, values, size)
-    return result
+        for (_, op), group in sorted(groups.items()):
+            for first in range(0, len(group), most):
+                part = group[first : first + most]
+                rows = [[row[arg] for arg in graph.nodes[i].args] for i in part]
+                args = [
+                    _typed(op, k, bits[list(at)]) for k, at in enumerate(zip(*rows, strict=True))
+                ]
+                bits[[row[i] for i in part]] = operations[op](*args).view(np.uint32)
+    return {i: bits[row[i]].view(kinds[i]) for i in used}
 
 
-def _typed(op: str, position: int, value: Array) -> Array:
-    """The bits of an integer as a float, where a float operation reads it."""
-    integers = op in ("iadd", "isub", "i2f") or (op.startswith("sel") and position > 0)
-    return value if integers or value.dtype == np.float32 else value.view(np.float32)
+def _kind(node: Node, kinds: Mapping[int, np.dtype[Any]]) -> np.dtype[Any]:
+    """Type of what an operation gives: a choice that of both its words, bits if they differ."""
+    if node.op.startswith("sel"):
+        first, second = (kinds[arg] for arg in node.args[1:])
+        return first if first == second else np.dtype(np.uint32)
+    return np.dtype(np.int32 if node.op in TO_INT else np.float32)
+
+
+def _typed(op: str, position: int, bits: NDArray[np.uint32]) -> Array:
+    """Words as the operation reads them: choices are of bits."""
+    if op in ("iadd", "isub", "i2f"):
+        return bits.view(np.int32)
+    return bits if op.startswith("sel") and position > 0 else bits.view(np.float32)
 
 
 def _leaf(node: Node, values: Mapping[str, Array], size: int) -> Array:
@@ -121,4 +152,4 @@ def _leaf(node: Node, values: Mapping[str, Array], size: int) -> Array:
         return np.full(size, binary32(node.number), np.float32)
     if node.op == "int_const":
         return np.full(size, node.value, np.int64).astype(np.int32)
-    return values[str(node.value)]
+    return np.ascontiguousarray(values[str(node.value)])

@@ -191,7 +191,12 @@ def assembled(text: str, configuration: str | None = None, optimise: bool = Fals
 
 def decoded(program: Image) -> list[Bundle]:
     """Bundles of an image."""
-    return [decode_bundle(int(word, 16), program.configuration, ISA) for word in program.bundles]
+    return [_bundle(word, program.configuration) for word in program.bundles]
+
+
+@functools.lru_cache(maxsize=1 << 14)
+def _bundle(word: str, configuration: str) -> Bundle:
+    return decode_bundle(int(word, 16), configuration, ISA)
 
 
 # ---------------------------------------------------------------------- runs

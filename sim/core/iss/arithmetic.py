@@ -8,6 +8,7 @@ rounding, canonical NaN 7fc00000; exceptions accumulate in SoftFloat's global fl
 
 from __future__ import annotations
 
+import functools
 import struct
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -191,12 +192,23 @@ def operations(sincos: SinCos) -> dict[str, Callable[..., Word]]:
     """Every operation of isa.toml that computes a word, as its record says; operands in the order
     of the assembly. `sincos` gives sine and cosine.
     """
-    rounded = ROUNDED | {"sin": _sine(sincos, False), "cos": _sine(sincos, True)}
-    return {
-        record.name: compiled(record, rounded)
-        for record in default_isa().operations.values()
-        if record.result
-    }
+    rounded = {"sin": _sine(sincos, False), "cos": _sine(sincos, True)}
+    return _without_sincos() | {record.name: compiled(record, rounded) for record in _of_sincos()}
+
+
+@functools.cache
+def _without_sincos() -> dict[str, Callable[..., Word]]:
+    """Operations that are the same in all models."""
+    records = default_isa().operations.values()
+    plain = (record for record in records if record.result and record not in _of_sincos())
+    return {record.name: compiled(record, ROUNDED) for record in plain}
+
+
+@functools.cache
+def _of_sincos() -> tuple[OperationRecord, ...]:
+    """Operations that are a sine or a cosine."""
+    records = default_isa().operations.values()
+    return tuple(record for record in records if record.result.startswith(("sin(", "cos(")))
 
 
 def compiled(

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -73,6 +74,7 @@ def _check_source(code: int, slot: int, configuration: str) -> int:
     return code
 
 
+@functools.lru_cache(maxsize=1 << 16)
 def decode_operation(word: int, slot: int, configuration: str) -> Decoded | None:
     """Operation of one slot, None for nop. Raises IllegalOperation."""
     opcode = _field(word, "op")
