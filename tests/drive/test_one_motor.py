@@ -163,6 +163,7 @@ SSI = {"encoder": '"ssi"', "absolute_counts": "262144", "encoder_bits": "18"}
         (SSI | {"encoder_bits": "17"}, "262144 positions of a turn need 18 bits"),
         (SSI | {"encoder_bits": "18.5"}, "encoder_bits = 18.5: must be a whole number"),
         (SSI | {"encoder_gray": "1"}, "encoder_gray = 1: write encoder_gray = true"),
+        (SSI | {"encoder_clock": "400e3"}, "clocks a bit at .* MHz, `ssi_port` has 254; a faster"),
         (SSI | {"encoder_clock": "10e6"}, r"must be within 400000 \.\. 2e\+06 Hz"),
     ],
 )
