@@ -224,6 +224,17 @@ def test_absolute_encoder__over_ssi_gives_the_offset_and_the_parameters_of_its_p
     assert found.offset == pytest.approx(0.9, abs=math.radians(0.1))
 
 
+def test_command__an_ssi_encoder__prints_and_writes_the_parameters_of_its_port(tmp_path, capsys):
+    results = tmp_path / "motor.json"
+    file = changed(tmp_path, **SSI, encoder_gray="true", encoder_offset="0.7")
+    assert main([str(file), "--results", str(results)]) == 0
+    port = json.loads(results.read_text())["encoder_port"]
+    assert port == load(file).port
+    printed = capsys.readouterr().out
+    for name, value in port.items():
+        assert re.search(rf"{name} +{value} +parameter of", printed)
+
+
 def test_absolute_encoder__of_a_linear_motor(tmp_path):
     keys = LINEAR | {"encoder": '"biss"', "absolute_counts": "2e7", "encoder_offset": "-2.5"}
     one = load(changed(tmp_path, **keys))

@@ -72,9 +72,8 @@ def identified(result: Result) -> Table:
         given = "" if entered is None else f"{entered:.4f}"
         note = "" if given else f"enter encoder_offset = {result.found.offset:.4f}"
         view.add_row("encoder_offset", f"{result.found.offset:.4f}", given, "rad", note)
-    if result.one.port:
-        port = " ".join(f"{name}={value}" for name, value in result.one.port.items())
-        view.add_row("ssi_port", "", port, "", "parameters of the RTL")
+    for name, value in result.one.port.items():
+        view.add_row(name, "", str(value), "", "parameter of ssi_port")
     return view
 
 
