@@ -46,6 +46,7 @@ BLOCKS = (
         "quadrature_time",
         "biss_master",
         "biss_port",
+        "ssi_port",
         "sinc3_timing",
         "sinc3_filter",
         "current_sense",

@@ -120,6 +120,11 @@ TOPS = (
     Top("ethercat_nios", needed("ethercat_nios")),
     Top("drive_chain", ("rtl/dual/dual.f", DRIVE, "rtl/drive/drive_chain.sv")),
     Top("biss_port", ("rtl/drive/biss_port.f",), ("", "Width=32 ClocksPerBit=6", "Width=64")),
+    Top(
+        "ssi_port",
+        ("rtl/drive/ssi_port.f",),
+        ("", "Gray=1 Alarm=1 Parity=1 Repeat=1", "Width=64 ClocksPerBit=6 Parity=2"),
+    ),
 )
 
 

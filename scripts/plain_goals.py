@@ -47,6 +47,7 @@ AT_WORK = {
     "ethercat_nios": (200, "control ticks with a frame each"),
     "drive_chain": (10, "control periods"),
     "biss_port": SCENARIOS,
+    "ssi_port": SCENARIOS,
 }
 # What an outcome depends on besides the RTL of its top. Other tests or programs give other work,
 # but the RTL and the plain Verilog that were equal stay equal.

@@ -30,7 +30,7 @@ package biss_regmap_pkg;
   localparam int unsigned CONFIG_WIDTH_LSB = 0;
   localparam int unsigned CONFIG_WIDTH_WIDTH = 7;
   localparam int unsigned CONFIG_BIT_CLOCKS_LSB = 8;
-  localparam int unsigned CONFIG_BIT_CLOCKS_WIDTH = 6;
+  localparam int unsigned CONFIG_BIT_CLOCKS_WIDTH = 8;
   localparam int unsigned CONFIG_LIMIT_LSB = 16;
   localparam int unsigned CONFIG_LIMIT_WIDTH = 16;
   localparam int unsigned CONTROL_START_LSB = 0;

@@ -118,6 +118,9 @@ def test_crossover__makes_the_bandwidth_of_the_model():
         assert abs(loop / (1 + loop)) == pytest.approx(math.sqrt(0.5), rel=1e-6)
 
 
+SSI = {"encoder": '"ssi"', "absolute_counts": "262144", "encoder_bits": "18"}
+
+
 @pytest.mark.parametrize(
     ("keys", "text"),
     [
@@ -144,10 +147,24 @@ def test_crossover__makes_the_bandwidth_of_the_model():
         ({"encoder": '"endat"'}, 'encoder = \'endat\': not supported; .*"incremental": .*"biss"'),
         ({"encoder": '"hall"'}, "not supported; the current loop takes counts of A and B"),
         ({"encoder": "1"}, "encoder = 1: not supported"),
-        ({"encoder_offset": "0.5"}, 'encoder_offset: of an absolute encoder; add encoder = "biss"'),
-        ({"absolute_counts": "1024"}, 'absolute_counts: of an absolute encoder; add encoder = "bi'),
+        (
+            {"encoder_offset": "0.5"},
+            'encoder_offset: of an absolute encoder; write encoder = "biss" or "ssi"',
+        ),
+        (
+            {"absolute_counts": "1024"},
+            'absolute_counts: of an absolute encoder; write encoder = "bi',
+        ),
         ({"encoder": '"biss"', "absolute_counts": "400"}, "only 100 positions of an electrical"),
         ({"encoder": '"biss"', "absolute_counts": "4096.5"}, "must be a whole number, a turn"),
+        ({"encoder": '"biss"', "encoder_bits": "18"}, 'write encoder = "ssi", or remove it'),
+        ({"encoder": '"biss"', "encoder_gray": "true"}, 'encoder_gray: .* encoder = "ssi", or rem'),
+        ({"encoder": '"ssi"'}, "encoder_bits: missing; add a line encoder_bits"),
+        (SSI | {"encoder_bits": "17"}, "262144 positions of a turn need 18 bits"),
+        (SSI | {"encoder_bits": "18.5"}, "encoder_bits = 18.5: must be a whole number"),
+        (SSI | {"encoder_gray": "1"}, "encoder_gray = 1: write encoder_gray = true"),
+        (SSI | {"encoder_clock": "400e3"}, "clocks a bit at .* MHz, `ssi_port` has 254; a faster"),
+        (SSI | {"encoder_clock": "10e6"}, r"must be within 400000 \.\. 2e\+06 Hz"),
     ],
 )
 def test_file__wrong__names_file_line_cause_and_cure(tmp_path, keys, text):
@@ -195,6 +212,27 @@ def test_absolute_encoder__the_start_up_finds_the_offset_and_the_offset_replaces
     assert missed(result) == []
     assert result.angles["by the encoder"] == pytest.approx(0.0, abs=math.radians(0.1))
     assert result.found.offset == pytest.approx(found.offset, abs=math.radians(0.1))
+
+
+def test_absolute_encoder__over_ssi_gives_the_offset_and_the_parameters_of_its_port(tmp_path):
+    keys = SSI | {"encoder_gray": "true", "encoder_clock": "600e3", "encoder_offset": "0.9"}
+    one = load(changed(tmp_path, **keys))
+    per_bit = one.port["ClocksPerBit"]
+    assert one.port == {"Width": 18, "ClocksPerBit": per_bit, "Gray": 1}
+    assert per_bit % 2 == 0 and (per_bit - 2) * CLOCK < 1 / 600e3 <= per_bit * CLOCK
+    found = identify(Bench(one, 0.9, at=0.7 * one.motor.pole))
+    assert found.offset == pytest.approx(0.9, abs=math.radians(0.1))
+
+
+def test_command__an_ssi_encoder__prints_and_writes_the_parameters_of_its_port(tmp_path, capsys):
+    results = tmp_path / "motor.json"
+    file = changed(tmp_path, **SSI, encoder_gray="true", encoder_offset="0.7")
+    assert main([str(file), "--results", str(results)]) == 0
+    port = json.loads(results.read_text())["encoder_port"]
+    assert port == load(file).port
+    printed = capsys.readouterr().out
+    for name, value in port.items():
+        assert re.search(rf"{name} +{value} +parameter of", printed)
 
 
 def test_absolute_encoder__of_a_linear_motor(tmp_path):

@@ -34,6 +34,7 @@ LISTS = {
     "debug_asip": ["debug/debug.f"],
     "drive_front_end": ["drive/drive.f"],
     "biss_port": ["drive/biss_port.f"],
+    "ssi_port": ["drive/ssi_port.f"],
     "ethercat_slave": ["ethercat/ethercat.f"],
     "motion_front_end": ["motion/motion.f"],
     "n2_core": ["nios/n2_core.f"],

@@ -92,6 +92,7 @@ OTHER_LISTS = [
     ("motion/motion.f", "motion_front_end"),
     ("drive/drive.f", "drive_front_end"),
     ("drive/biss_port.f", "biss_port"),
+    ("drive/ssi_port.f", "ssi_port"),
     ("dual/dual.f", "dual_asip"),
     ("debug/debug.f", "debug_asip"),
     ("ethercat/ethercat.f", "ethercat_slave"),

@@ -8,6 +8,7 @@ polynomial division of whole numbers.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import pytest
@@ -82,17 +83,30 @@ class Silent(Encoder):
         return np.ones(len(ma), dtype=np.int64)
 
 
+class Answers(Protocol):
+    """An encoder: its line as a function of the clock, both a level per clock at the master."""
+
+    def line(self, ma: np.ndarray) -> np.ndarray: ...
+
+
 def with_encoder(
-    block: Clocked, encoder: Encoder, frames: int, clocks: int, **inputs: np.ndarray
+    block: Clocked,
+    encoder: Answers,
+    frames: int,
+    clocks: int,
+    ports: tuple[str, str] = ("ma", "slo"),
+    **inputs: np.ndarray,
 ) -> dict[str, np.ndarray]:
-    """Outputs of a block with the encoder at the end of its line, for so many frames at most."""
-    slo = np.ones(clocks, dtype=np.int64)
+    """Outputs of a block with the encoder at the end of its line, for so many frames at most;
+    ports: clock and line."""
+    clock, line = ports
+    level = np.ones(clocks, dtype=np.int64)
     for _ in range(2 * frames + 2):  # each round carries the answer further
-        found = block.run(clocks, **inputs, slo=slo)
-        answer = encoder.line(found["ma"])
-        if (answer == slo).all():
+        found = block.run(clocks, **inputs, **{line: level})
+        answer = encoder.line(found[clock])
+        if (answer == level).all():
             return found
-        slo = answer
+        level = answer
     raise AssertionError("the block and the encoder do not come to rest")
 
 

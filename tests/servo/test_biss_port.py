@@ -14,9 +14,8 @@ import pytest
 from sim.rtl.gen.biss_regmap import REGMAP
 from tests.bench.seed import SEED
 from tests.servo.clocked import Accesses, Clocked
-from tests.servo.test_biss import Encoder, Silent, with_encoder
+from tests.servo.test_biss import Answers, Encoder, Silent, with_encoder
 
-OUTPUTS = ("readdata", "waitrequest", "ma")
 FIRST = 20  # clock of the first request
 APART = 1200  # clocks between two requests
 STATUS = REGMAP.registers["STATUS"].fields
@@ -30,16 +29,21 @@ def word(name: str, **fields: int) -> int:
 class Port(Accesses):
     """The block with accesses and pulses of `sample_i` at given clocks."""
 
+    top, ports = "biss_port", ("ma", "slo")
+
     def __init__(self, clocks: int, **parameters: int) -> None:
         super().__init__(REGMAP, clocks)
         self.sample = self.columns["sample"] = np.zeros(clocks, dtype=np.int64)
-        self.block = Clocked("biss_port", (*self.columns, "slo"), OUTPUTS, parameters)
+        clock, line = self.ports
+        outputs = ("readdata", "waitrequest", clock)
+        self.block = Clocked(self.top, (*self.columns, line), outputs, parameters)
 
-    def run(self, encoder: Encoder) -> tuple[list[int], np.ndarray]:
-        """Words read, in the order of `read`, and MA."""
+    def run(self, encoder: Answers) -> tuple[list[int], np.ndarray]:
+        """Words read, in the order of `read`, and the clock to the encoder."""
         frames = int(self.sample.sum() + self.columns["write"].sum()) + 1
-        found = with_encoder(self.block, encoder, frames, len(self.sample), **self.columns)
-        return self.words(found), found["ma"]
+        clocks = len(self.sample)
+        found = with_encoder(self.block, encoder, frames, clocks, self.ports, **self.columns)
+        return self.words(found), found[self.ports[0]]
 
 
 def falls(ma: np.ndarray) -> np.ndarray:

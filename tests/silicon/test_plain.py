@@ -56,7 +56,9 @@ def test_plain_verilog__at_work__gives_every_output_in_every_clock(name: str) ->
 @pytest.mark.full
 def test_plain_verilog__at_work_with_a_planted_fault__differs() -> None:
     lines = "missed_q <= (missed_q && !clear)", "missed_q <= missed_q"
-    faulty = planted(102, "drive/biss_port.sv", "a dropped request is never cleared", *lines)
+    faulty = planted(
+        102, "drive/absolute_registers.sv", "a dropped request is never cleared", *lines
+    )
     assert beside.run("biss_port", 1, [faulty], plain=True).first is not None
 
 

@@ -238,5 +238,6 @@ PLAIN_WORK = {
     "mii_to_rgmii": Work("mii_to_rgmii", tests_only("ethercat/test_rgmii.py")),
     "ethercat_nios": Work("ethercat_nios", device_ticks),
     "drive_chain": Work("drive_chain", control_periods),
+    "ssi_port": Work("ssi_port", tests_only("servo/test_ssi.py", only="port__line_breaks")),
     "biss_port": Work("biss_port", tests_only("servo/test_biss_port.py", only=OWN_SIZE)),
 }

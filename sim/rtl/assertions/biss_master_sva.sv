@@ -22,6 +22,10 @@ module biss_master_sva #(
       $past(rst_ni) && (lost_o || crc_error_o || !done_o) |-> $stable(position_o))
   else $error("a position that no good frame brought");
 
+  RequestLowersMa : assert property (@(posedge clk_i) disable iff (!rst_ni)
+      start_i && !busy_o |=> (busy_o && !ma_o) || (done_o && lost_o))
+  else $error("a request neither lets MA fall nor ends lost");
+
   RestsHigh : assert property (@(posedge clk_i) disable iff (!rst_ni)
       !busy_o && !start_i |=> ma_o)
   else $error("MA is low without a frame");

@@ -9,7 +9,7 @@ REGMAP = RegisterMap(
     registers=by_name(
         RegisterRecord("ID", 0, "r", reset=1112101715),
         RegisterRecord(
-            "CONFIG", 1, "r", fields=bit_fields(width=(0, 7), bit_clocks=(8, 6), limit=(16, 16))
+            "CONFIG", 1, "r", fields=bit_fields(width=(0, 7), bit_clocks=(8, 8), limit=(16, 16))
         ),
         RegisterRecord("CONTROL", 2, "w", fields=bit_fields(start=0, clear=1)),
         RegisterRecord(

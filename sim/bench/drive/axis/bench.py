@@ -108,8 +108,8 @@ class Bench:
         return dict(zip(("x", "v", "i_d", "i_q", "angle"), out.tolist(), strict=True))
 
     def absolute(self) -> int:
-        """The position that a host reads over BiSS with the motor at rest: single-turn of a rotary
-        encoder."""
+        """The position that a host reads over the serial line with the motor at rest: single-turn
+        of a rotary encoder."""
         position = math.floor(self.truth["x"] / self.one.absolute + 0.5)
         if self.one.kind == LINEAR:
             return position

@@ -72,6 +72,8 @@ def identified(result: Result) -> Table:
         given = "" if entered is None else f"{entered:.4f}"
         note = "" if given else f"enter encoder_offset = {result.found.offset:.4f}"
         view.add_row("encoder_offset", f"{result.found.offset:.4f}", given, "rad", note)
+    for name, value in result.one.port.items():
+        view.add_row(name, "", str(value), "", "parameter of ssi_port")
     return view
 
 

@@ -37,7 +37,7 @@ from sim.bench.drive.axis.bench import (
     BringUpError,
     Record,
 )
-from sim.bench.drive.axis.motor_file import BISS, LINEAR, OPTIMUM
+from sim.bench.drive.axis.motor_file import ABSOLUTE, LINEAR, OPTIMUM
 from sim.laws.drive.clocks import LOOP_PERIOD
 from sim.laws.drive.start_up_law import MOST
 from sim.robot.drives import Motor
@@ -96,7 +96,7 @@ def identify(bench: Bench) -> Found:
     else:
         held = settle(bench, loop, still.angle)
         angle = with_motion(bench, loop, held)
-    offset = at_absolute_zero(bench, angle) if bench.one.encoder == BISS else None
+    offset = at_absolute_zero(bench, angle) if bench.one.encoder in ABSOLUTE else None
     resistance = measure_resistance(bench, loop, held)
     l_d, l_q = measure_inductances(bench, loop, held)
     swings = swing(bench, Motor(bench.one.motor.pole, resistance, l_d, l_q, UNKNOWN_FLUX,

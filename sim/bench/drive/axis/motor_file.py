@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -40,7 +40,8 @@ class MotorFileError(ValueError):
 
 @dataclass(frozen=True)
 class Key:
-    """A number of the file: unit, limits, meaning; kind: the type of motor that has it."""
+    """A number of the file: unit, limits, meaning; kind: the type of motor that has it; encoders:
+    the only ones that have it."""
 
     unit: str
     low: float
@@ -48,8 +49,17 @@ class Key:
     meaning: str
     kind: str = ""
     needed: bool = True
+    encoders: tuple[str, ...] = ()
 
 
+INCREMENTAL, BISS, SSI = "incremental", "biss", "ssi"
+ENCODERS = {
+    INCREMENTAL: "lines A and B",
+    BISS: "lines A and B, and the position over BiSS-C at the start (`biss_port`)",
+    SSI: "lines A and B, and the position over SSI at the start (`ssi_port`)",
+}
+ABSOLUTE = (BISS, SSI)
+SSI_CLOCK = 1e6  # Hz, without `encoder_clock`
 ROTARY, LINEAR = "rotary", "linear"
 KEYS = {
     "R": Key("ohm", 0.01, 100.0, "resistance of a phase: half of that between two terminals"),
@@ -67,8 +77,16 @@ KEYS = {
     "rated_current": Key("A", 0.2, 200.0, "peak of a phase"),
     "bus_voltage": Key("V", 24.0, 800.0, "DC bus"),
     "encoder_counts": Key("1", 1e2, 1e9, "counts of a turn, or of a metre"),
-    "absolute_counts": Key("1", 1e2, 1e12, "positions of a turn or metre over BiSS", needed=False),
-    "encoder_offset": Key("rad", -7.0, 7.0, "electrical angle at position 0", needed=False),
+    "absolute_counts": Key(
+        *("1", 1e2, 1e12, "positions of a turn or metre over the serial line"),
+        needed=False,
+        encoders=ABSOLUTE,
+    ),
+    "encoder_offset": Key(
+        "rad", -7.0, 7.0, "electrical angle at position 0", needed=False, encoders=ABSOLUTE
+    ),
+    "encoder_bits": Key("1", 1, 64, "bits of the position on the line", encoders=(SSI,)),
+    "encoder_clock": Key("Hz", 4e5, 2e6, "clock of the serial line", needed=False, encoders=(SSI,)),
     "current_bandwidth": Key("Hz", 500.0, MOST_CURRENT_BANDWIDTH, "-3 dB of the current loop"),
     "velocity_bandwidth": Key("Hz", 2.0, MOST_VELOCITY_BANDWIDTH, "-3 dB of the velocity loop"),
     "friction": Key("N m or N", 0.0, 1e4, "Coulomb friction", needed=False),
@@ -77,13 +95,8 @@ KEYS = {
     "dead_time": Key("s", 12 * CLOCK, 255 * CLOCK, "of the inverter", needed=False),
     "current_range": Key("A", 0.2, 1000.0, "full scale of the current sensors", needed=False),
 }
-INCREMENTAL, BISS = "incremental", "biss"
-ENCODERS = {
-    INCREMENTAL: "lines A and B",
-    BISS: "lines A and B, and the position over BiSS-C at the start (`biss_port`)",
-}
 TEXTS = ("type", "encoder")
-OF_BISS = ("absolute_counts", "encoder_offset")
+FLAGS = {"encoder_gray": (SSI,)}  # true or false, and the encoders that have it
 EITHER = (("L", "L_d"), ("L", "L_q"), ("flux", "torque_constant", "force_constant"))
 
 
@@ -93,8 +106,9 @@ class OneMotor:
 
     inertia: kg m2 or kg; resolution: travel of a count [rad or m]; travel: free travel [rad or m],
     infinite of a rotary motor; bandwidths: of the current and velocity loops [Hz]. encoder: of
-    `ENCODERS`; absolute: travel of a position over BiSS; encoder_offset: electrical angle where
-    that position is 0 [rad], None: the start-up finds it.
+    `ENCODERS`; absolute: travel of a position over its serial line; encoder_offset: electrical
+    angle where that position is 0 [rad], None: the start-up finds it; port: parameters of
+    `ssi_port`, empty of other encoders.
     """
 
     kind: str
@@ -116,6 +130,7 @@ class OneMotor:
     encoder: str = INCREMENTAL
     absolute: float = 0.0
     encoder_offset: float | None = None
+    port: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def motors(self) -> tuple[Motor, ...]:
@@ -169,11 +184,15 @@ def _checked(content: Mapping[str, Any]) -> dict[str, Any]:
             f" = {encoder!r}: not supported; the current loop takes counts of A and B. Write one "
             f"of {known_ones}",
         )
-    for name in OF_BISS:
-        if name in content and encoder != BISS:
-            raise _Wrong(name, f': of an absolute encoder; add encoder = "{BISS}", or remove it')
+    encoders = FLAGS | {name: key.encoders for name, key in KEYS.items() if key.encoders}
+    for name, having in encoders.items():
+        if name in content and encoder not in having:
+            ones = " or ".join(f'"{one}"' for one in having)
+            raise _Wrong(name, f": of an absolute encoder; write encoder = {ones}, or remove it")
     for name, value in content.items():
-        if name in TEXTS:
+        if name in FLAGS and not isinstance(value, bool):
+            raise _Wrong(name, f" = {value!r}: write {name} = true or {name} = false")
+        if name in TEXTS or name in FLAGS:
             continue
         if name not in known:
             raise _Wrong(name, _unknown(name, kind, known))
@@ -187,7 +206,8 @@ def _checked(content: Mapping[str, Any]) -> dict[str, Any]:
                 f"{key.high:g} {key.unit}; check the unit",
             )
     for name, key in known.items():
-        if key.needed and name not in content:
+        has_it = not key.encoders or encoder in key.encoders
+        if key.needed and has_it and name not in content:
             raise _Wrong(name, f": missing; add a line {name} = ... in {key.unit}, {key.meaning}")
     for first, *others in EITHER:
         names = [name for name in (first, *others) if name in known]
@@ -197,17 +217,18 @@ def _checked(content: Mapping[str, Any]) -> dict[str, Any]:
             raise _Wrong(
                 given[-1] if given else names[0], f": {got}; enter one of {', '.join(names)}"
             )
-    pairs = content.get("pole_pairs", 1)
-    if pairs != int(pairs):
-        raise _Wrong("pole_pairs", f" = {pairs}: must be a whole number; poles are pairs")
+    for name, why in (("pole_pairs", "poles are pairs"), ("encoder_bits", "count them")):
+        value = content.get(name, 1)
+        if value != int(value):
+            raise _Wrong(name, f" = {value}: must be a whole number; {why}")
     return dict(content)
 
 
 def _unknown(name: str, kind: str, known: Mapping[str, Key]) -> str:
     if name in KEYS:
         return f": a {KINDS[kind]} has none; remove the line, or change type"
-    hint = closest(name, known)
-    return f": unknown key; {hint or 'the keys are ' + ', '.join((*TEXTS, *known))}"
+    hint = closest(name, [*known, *FLAGS])
+    return f": unknown key; {hint or 'the keys are ' + ', '.join((*TEXTS, *FLAGS, *known))}"
 
 
 def _made(values: Mapping[str, Any]) -> OneMotor:
@@ -246,11 +267,24 @@ def _made(values: Mapping[str, Any]) -> OneMotor:
         encoder=values.get("encoder", INCREMENTAL),
         absolute=_travel_of(linear, values.get("absolute_counts", values["encoder_counts"])),
         encoder_offset=values.get("encoder_offset"),
+        port=_port(values),
     )
     for name, wrong, text in _possible(one, values):
         if wrong:
             raise _Wrong(name, f" = {values.get(name, 0.0):g}{text}")
     return one
+
+
+def _port(values: Mapping[str, Any]) -> dict[str, int]:
+    """Parameters of `ssi_port`: its clock is the fastest that does not exceed the file's."""
+    if values.get("encoder") != SSI:
+        return {}
+    period = 1 / (values.get("encoder_clock", SSI_CLOCK) * CLOCK)
+    return {
+        "Width": int(values["encoder_bits"]),
+        "ClocksPerBit": 2 * math.ceil(period / 2 - 1e-9),
+        "Gray": int(values.get("encoder_gray", False)),
+    }
 
 
 def _travel_of(linear: bool, counts: float) -> float:
@@ -298,6 +332,18 @@ def _possible(one: OneMotor, values: Mapping[str, Any]) -> Iterator[tuple[str, b
     yield (
         *("absolute_counts", not linear and abs(turn * one.absolute / (2 * math.pi) - 1) > 1e-12),
         ": must be a whole number, a turn has no part of a position",
+    )
+    positions = (one.travel if linear else 2 * math.pi) / one.absolute
+    bits = one.port.get("Width", 64)
+    yield (
+        *("encoder_bits", round(positions) > 1 << bits),
+        f": {positions:.6g} positions of {'the travel' if linear else 'a turn'} need "
+        f"{math.ceil(math.log2(positions))} bits; correct encoder_bits or absolute_counts",
+    )
+    clocks = one.port.get("ClocksPerBit", 0)
+    yield (
+        *("encoder_clock", clocks > 254),
+        f" Hz: {clocks} clocks a bit at {1e-6 / CLOCK:g} MHz, `ssi_port` has 254; a faster clock",
     )
     span = one.travel if linear else 100 * 2 * math.pi
     yield (

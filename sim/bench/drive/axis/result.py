@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sim.bench.drive.axis.alignment import wrapped
 from sim.bench.drive.axis.bench import Bench, Record
 from sim.bench.drive.axis.identify import Found, identify
-from sim.bench.drive.axis.motor_file import BISS, OneMotor
+from sim.bench.drive.axis.motor_file import ABSOLUTE, OneMotor
 from sim.bench.drive.axis.tuning import (
     Gains,
     close,
@@ -123,6 +123,7 @@ class Result:
             },
             "angle_rad": {self.angle_by: found.angle, "without motion": found.still},
             "encoder_offset_rad": found.offset,
+            "encoder_port": dict(self.one.port),
             "moved_without_motion_degrees": float(np.degrees(found.moved)),
             "gains": {
                 "current": {"K_p_d": tuned.k_d, "K_p_q": tuned.k_q, "K_i": tuned.k_i},
@@ -145,7 +146,7 @@ def bring_up(
     plant knows unless the file has it as `encoder_offset`. Raises BringUpError."""
     if one.encoder_offset is not None:
         angle = one.encoder_offset
-    at = RESTS * one.motor.pole if one.encoder == BISS else 0.0
+    at = RESTS * one.motor.pole if one.encoder in ABSOLUTE else 0.0
     bench = bench or Bench(one, angle, at)
     report("alignment and identification")
     found = identify(bench)

@@ -21,9 +21,9 @@ extern "C" {
 #define BISS__CSR__CONFIG__WIDTH_bm 0x7f
 #define BISS__CSR__CONFIG__WIDTH_bp 0
 #define BISS__CSR__CONFIG__WIDTH_bw 7
-#define BISS__CSR__CONFIG__BIT_CLOCKS_bm 0x3f00
+#define BISS__CSR__CONFIG__BIT_CLOCKS_bm 0xff00
 #define BISS__CSR__CONFIG__BIT_CLOCKS_bp 8
-#define BISS__CSR__CONFIG__BIT_CLOCKS_bw 6
+#define BISS__CSR__CONFIG__BIT_CLOCKS_bw 8
 #define BISS__CSR__CONFIG__LIMIT_bm 0xffff0000
 #define BISS__CSR__CONFIG__LIMIT_bp 16
 #define BISS__CSR__CONFIG__LIMIT_bw 16

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// biss_port_sva: what a request does, what a read takes and keeps.
-module biss_port_sva (
+// absolute_registers_sva: what a request does, what a read takes and keeps.
+module absolute_registers_sva (
     input logic clk_i,
     input logic rst_ni,
     input logic read_i,
     input logic waitrequest_o,
-    input logic ma_o,
-    input logic request,
-    input logic busy,
-    input logic done,
-    input logic lost,
+    input logic request_o,
+    input logic busy_i,
+    input logic done_i,
+    input logic lost_i,
     input logic clear,
     input logic missed_q,
     input logic low_read,
@@ -23,11 +22,11 @@ module biss_port_sva (
   else $error("a read takes more than two clocks");
 
   RequestBeginsAFrame : assert property (@(posedge clk_i) disable iff (!rst_ni)
-      request && !busy |=> (busy && !ma_o) || (done && lost))
-  else $error("a request neither lets MA fall nor ends lost");
+      request_o && !busy_i |=> busy_i || (done_i && lost_i))
+  else $error("a request neither begins a frame nor ends lost");
 
   DroppedRequestIsFlagged : assert property (@(posedge clk_i) disable iff (!rst_ni)
-      request && busy |=> missed_q)
+      request_o && busy_i |=> missed_q)
   else $error("a request was dropped in silence");
 
   HighOfTheLow : assert property (@(posedge clk_i) disable iff (!rst_ni)
@@ -39,14 +38,14 @@ module biss_port_sva (
   else $error("the high word changed without a read of the low one");
 
   CountsFrames : assert property (@(posedge clk_i) disable iff (!rst_ni)
-      $past(rst_ni) && !done && !clear |=> $stable(good_q))
+      $past(rst_ni) && !done_i && !clear |=> $stable(good_q))
   else $error("a good frame was counted that did not end");
 
 endmodule
 
-bind biss_port biss_port_sva u_sva (.*);
+bind absolute_registers absolute_registers_sva u_sva (.*);
 
-bind biss_port avalon_rules #(
+bind absolute_registers avalon_rules #(
     .AddressWidth(biss_regmap_pkg::ADDRESS_WIDTH)
 ) u_avalon (
     .clk_i,
