@@ -53,7 +53,7 @@ def _truth(a: NDArray[np.bool_]) -> NDArray[np.float32]:
     return a.astype(np.float32)
 
 
-OPERATIONS: dict[str, Callable[..., Array]] = {
+OPERATIONS: dict[str, Callable[..., Any]] = {
     "fmadd": fma,
     "fnmsub": lambda a, b, c: fma(-a, b, c),
     "fmsub": lambda a, b, c: fma(a, b, -c),
@@ -96,7 +96,7 @@ def evaluate(graph: Graph, values: Mapping[str, Array], sine: Sine) -> dict[int,
     have thousands of nodes.
     """
 
-    def of_unit(a: Array, cosine: bool) -> Array:
+    def of_unit(a: NDArray[np.float32], cosine: bool) -> NDArray[np.float32]:
         return sine(a.ravel(), cosine).reshape(a.shape)
 
     operations = OPERATIONS | {
