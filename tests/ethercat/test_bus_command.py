@@ -75,6 +75,25 @@ def test_long_result__is_kept_for_its_fingerprint_only(producers):
     assert bus_rows.cached("clocks", "b", work) == {"worst": 2}
 
 
+def test_path__whose_capture_is_lost__is_measured_again(producers, monkeypatch, tmp_path):
+    order = bus_rows.Order(False, tmp_path / "bus.pcap")
+    ran = []
+
+    def run(module, options):
+        ran.append(module)
+        order.capture.touch()
+        order.curves.touch()
+        numbers = ("tool", "following_errors", "wrong_counters")
+        return dict.fromkeys(numbers, 0) | {"faults": []}
+
+    monkeypatch.setattr(bus_rows, "run", run)
+    for _ in range(2):
+        assert all(goal.met for goal in bus_rows.path(order, str))
+    assert len(ran) == 1
+    order.capture.unlink()
+    assert all(goal.met for goal in bus_rows.path(order, str)) and len(ran) == 2
+
+
 def test_fingerprint__follows_sources_and_choices():
     of = [
         bus_rows.fingerprint("ecat_check", files, n)
