@@ -20,7 +20,7 @@ from sim.bus.device import CLOCK_NS, CYCLE_CLOCKS
 from sim.bus.line import Line, library
 from sim.bus.measure import CLOCK_PS, forwarding, keeps_cycle
 from sim.bus.tap import in_namespace
-from sim.core.fpbench import campaign
+from sim.report import cache
 from sim.report.goals import Goal, at_least, at_most, depth, not_measured
 from sim.robot.parameters import Robot
 from sim.rtl.sources import sources_of
@@ -46,7 +46,7 @@ TOP, DEVICE = "ethercat_slave", "ethercat_nios"
 KICKCAT_CYCLES = 200
 ETHERCRAB_CYCLES = 10_000
 SCAPY_CHAINS = 20
-KEPT = BUILD / "bus"
+CACHED = BUILD / "bus"
 # What a result depends on: everything that could, rather than what does. The slaves and their
 # masters: their benches, the dictionary and what is made of it.
 BENCH = [f"sim/bus/*.{kind}" for kind in ("py", "cpp", "h")]
@@ -74,6 +74,12 @@ ROBOT += [
     "asip_asm/*.toml",
 ]
 ROBOT += ["asip_asm/programs/tracking*", "sim/rtl/asip_harness.cpp"]
+SYNTHESIS = [
+    "requirements-synth.lock",
+    "scripts/motion_size.py",
+    "scripts/synth_unit.py",
+    "sim/bench/motion/sizes.py",
+]
 HOURS = 12 * 3600
 FULL = "microtick bus --full"
 
@@ -95,7 +101,7 @@ def counted(name: str, right: int, made: int, target: int) -> Goal:
     return depth(name, right, target, "cycles", FULL) if right == made else goal
 
 
-def mark(top: str, files: Sequence[str], *choices: object) -> str:
+def fingerprint(top: str, files: Sequence[str], *choices: object) -> str:
     """Hash of the RTL of a top, of other files and of choices. files: patterns below the root.
 
     Raises FileNotFoundError for a pattern without a file.
@@ -103,9 +109,11 @@ def mark(top: str, files: Sequence[str], *choices: object) -> str:
     paths = list(sources_of(top))
     for name in files:
         if not (found := sorted(ROOT.glob(name))):
-            raise FileNotFoundError(f"{name}: no such file; mend the marks of scripts/bus_rows.py")
+            raise FileNotFoundError(
+                f"{name}: no such file; mend the patterns in scripts/bus_rows.py"
+            )
         paths += found
-    return campaign.mark_of(paths, *choices)
+    return cache.fingerprint(paths, *choices)
 
 
 def rtl_of(top: str) -> list[str]:
@@ -118,9 +126,9 @@ def versions(*packages: str) -> list[str]:
     return [f"{name} {version(name)}" for name in packages]
 
 
-def kept(name: str, of: str, work: Callable[[], Any]) -> Any:
-    """What `work` gave for the mark `of`, in an earlier run or now."""
-    return campaign.kept(KEPT / f"{name}-{of}.json", lambda: {"result": work()})["result"]
+def cached(name: str, of: str, work: Callable[[], Any]) -> Any:
+    """What `work` gave for the fingerprint `of`, in an earlier run or now."""
+    return cache.result_of(cache.Entry(CACHED / f"{name}.json", of), work)
 
 
 def run(module: str, options: Sequence[str]) -> dict[str, Any]:
@@ -153,8 +161,8 @@ def device(order: Order, report: Report) -> Iterator[Goal]:
     """Control passes of the whole device, its program on the Nios II core."""
     report("control passes of the whole device")
     options = ["--step", "0", "--cycles", str(PASSES)]
-    of = mark(DEVICE, [*BENCH, *PROGRAM], *options, *versions("pysoem"))
-    found = kept("device", of, lambda: run("sim.bus.device_run", options))
+    of = fingerprint(DEVICE, [*BENCH, *PROGRAM], *options, *versions("pysoem"))
+    found = cached("device", of, lambda: run("sim.bus.device_run", options))
     for passes in found["passes"]:
         name = (
             f"whole device, five axes in CSP, a frame every {passes['period_us']} us: longest "
@@ -178,8 +186,8 @@ def masters(order: Order, report: Report) -> Iterator[Goal]:
     ):
         report(f"{master}, {slaves} slave(s), {cycles} cycles in OP")
         options = ["--master", master, "--slaves", str(slaves), "--cycles", str(cycles)]
-        of = mark(TOP, BENCH, slaves, cycles, *versions(master))
-        found = kept(
+        of = fingerprint(TOP, BENCH, slaves, cycles, *versions(master))
+        found = cached(
             f"{master}_{slaves}_{cycles}",
             of,
             partial(run, "sim.bus.master_loop", options),
@@ -191,8 +199,8 @@ def masters(order: Order, report: Report) -> Iterator[Goal]:
     cycles = MASTER_CYCLES[order.full]
     report(f"pysoem at both ends of a ring of three, a cable pulled, {cycles} cycles in OP")
     options = ["--slaves", "3", "--cycles", str(cycles), "--cable", "1"]
-    of = mark(TOP, BENCH, options, *versions("pysoem"))
-    found = kept(f"ring_{cycles}", of, lambda: run("sim.bus.redundant", options))
+    of = fingerprint(TOP, BENCH, options, *versions("pysoem"))
+    found = cached(f"ring_{cycles}", of, lambda: run("sim.bus.redundant", options))
     right = cycles - sum(found["wrong_counters"].values()) if found["state"] == "OP" else 0
     name = (
         "pysoem, ring of three with redundancy, a third of the cycles with a cable pulled: cycles "
@@ -221,8 +229,8 @@ def ethercrab(order: Order, report: Report) -> Iterator[Goal]:
             continue
         options = ["--master", "ethercrab", "--slaves", str(slaves), "--cycles", str(cycles)]
         files = ["sim/bus/ethercrab/Cargo.lock", "sim/bus/ethercrab/src/main.rs"]
-        of = mark(TOP, [*BENCH, *files], slaves, cycles)
-        found = kept(
+        of = fingerprint(TOP, [*BENCH, *files], slaves, cycles)
+        found = cached(
             f"ethercrab_{slaves}_{cycles}",
             of,
             partial(run, "sim.bus.master_loop", options),
@@ -243,8 +251,8 @@ def clocks(order: Order, report: Report) -> Iterator[Goal]:
         with Line(PPM, cable_ps=CABLE_PS) as line:
             return synchronise(line, CLOCK_CYCLES).worst
 
-    of = mark(TOP, BENCH, PPM, CABLE_PS, CLOCK_CYCLES)
-    yield at_most(name, kept("clocks", of, worst), NEAR_NS, "ns")
+    of = fingerprint(TOP, BENCH, PPM, CABLE_PS, CLOCK_CYCLES)
+    yield at_most(name, cached("clocks", of, worst), NEAR_NS, "ns")
 
 
 def path(order: Order, report: Report) -> Iterator[Goal]:
@@ -253,14 +261,16 @@ def path(order: Order, report: Report) -> Iterator[Goal]:
     seconds = "whole path" if ticks is None else f"first {(ticks - 1) * Robot.load(None).T_s:g} s"
     report(f"A-G-H over the bus, {seconds}")
     name = "whole" if order.full else "slice"
-    KEPT.mkdir(parents=True, exist_ok=True)
-    order.curves = KEPT / f"path_{name}.npz"
+    CACHED.mkdir(parents=True, exist_ok=True)
+    order.curves = CACHED / f"path_{name}.npz"
     options = ["--capture", str(order.capture), "--curves", str(order.curves)]
     options += [] if ticks is None else ["--ticks", str(ticks)]
-    of = mark(DEVICE, [*BENCH, *PROGRAM, *ROBOT, *rtl_of("asip")], ticks, *versions("pysoem"))
+    of = fingerprint(
+        DEVICE, [*BENCH, *PROGRAM, *ROBOT, *rtl_of("asip")], ticks, *versions("pysoem")
+    )
     if not (order.capture.exists() and order.curves.exists()):
-        (KEPT / f"path_{name}.json").unlink(missing_ok=True)
-    found = kept(f"path_{name}", of, lambda: run("sim.bus.path_run", options))
+        (CACHED / f"path_{name}.json").unlink(missing_ok=True)
+    found = cached(f"path_{name}", of, lambda: run("sim.bus.path_run", options))
     about = f"A-G-H over the bus, CSP at 1 kHz, {seconds}"
     yield at_most(f"{about}, tool error", 1e6 * found["tool"], TOOL_UM, "um")
     yield at_most(f"{about}, following-error faults", found["following_errors"], 0, "faults")
@@ -278,8 +288,8 @@ def chains(order: Order, report: Report) -> Iterator[Goal]:
         return count
 
     files = [f"tests/ethercat/{name}" for name in ("frames.py", "test_frames.py")]
-    of = mark(TOP, [*BENCH, *files], count, *versions("scapy"))
-    found = kept(f"chains_{count}", of, agree)
+    of = fingerprint(TOP, [*BENCH, *files], count, *versions("scapy"))
+    found = cached(f"chains_{count}", of, agree)
     name = "random chains that agree with the memory model"
     yield depth(name, found, CHAINS[True], "chains", FULL)
 
@@ -326,14 +336,18 @@ def objects(order: Order, report: Report) -> Iterator[Goal]:
 def size(order: Order, report: Report) -> Iterator[Goal]:
     """Area, and in a full run the routed clock, on ECP5."""
     report("area on ECP5")
-    luts = kept("area", mark(TOP, []), lambda: area(TOP, {})["luts"])
+    luts = cached("area", fingerprint(TOP, SYNTHESIS), lambda: area(TOP, {})["luts"])
     yield at_most("slave controller on ECP5, area", luts, LUTS, "LUT4")
     name = "slave controller on ECP5, clock, median of three seeds"
     if not order.full:
         yield not_measured(name, f">= {MHZ}", "MHz", FULL)
         return
     report("clock on ECP5")
-    mhz = kept("clock", mark(TOP, [], SEEDS), lambda: speed(TOP, {}, TOP, SEEDS)["mhz_median"])
+    mhz = cached(
+        "clock",
+        fingerprint(TOP, SYNTHESIS, SEEDS),
+        lambda: speed(TOP, {}, TOP, SEEDS)["mhz_median"],
+    )
     yield at_least(name, mhz, MHZ, "MHz")
 
 

@@ -14,7 +14,17 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from asip_asm.project import BUILD, ROOT
-from scripts.bus_rows import BENCH, DEVICE, PROGRAM, ROBOT, TOOL_UM, kept, mark, rtl_of, versions
+from scripts.bus_rows import (
+    BENCH,
+    DEVICE,
+    PROGRAM,
+    ROBOT,
+    TOOL_UM,
+    cached,
+    fingerprint,
+    rtl_of,
+    versions,
+)
 from sim.bus.linuxcnc.__main__ import FAULTS
 from sim.bus.linuxcnc.config import missing
 from sim.report.goals import Goal, at_most, exactly, not_measured
@@ -45,7 +55,7 @@ def played(options: Sequence[str]) -> dict[str, Any]:
 
     ours = [f"sim/bus/linuxcnc/*.{kind}" for kind in ("py", "comp", "hal", "ini", "sh")]
     files = [*BENCH, *PROGRAM, *ROBOT, *ours, "sim/paths/agh.ngc", *rtl_of("asip")]
-    return kept(name, mark(DEVICE, files, *options, *versions("pysoem")), work)
+    return cached(name, fingerprint(DEVICE, files, *options, *versions("pysoem")), work)
 
 
 def defined(report: dict[str, Any], fault: str) -> bool:

@@ -12,7 +12,6 @@ scripts/synth_unit.py, per seed.
 
 from __future__ import annotations
 
-import json
 import statistics
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -24,7 +23,6 @@ from rich.console import Console
 from rich.table import Table
 
 from asip_asm.command import command, script_parser
-from asip_asm.files import write_text
 from scripts.synth_unit import (
     OUTPUT,
     SynthesisError,
@@ -33,7 +31,8 @@ from scripts.synth_unit import (
     read_commands,
     units_kept,
 )
-from sim.bench.motion.sizes import DESIGNS, FLOWS, LIMITS, RESULTS, mark, within
+from sim.bench.motion.sizes import DESIGNS, FLOWS, LIMITS, RESULTS, entry, within
+from sim.report import cache
 from sim.rtl.sources import sources_of
 
 SEEDS = (1, 2, 3)
@@ -104,9 +103,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except SynthesisError as error:
         console.print(f"error: {error}", style="red", markup=False)
         return 1
-    options.results.parent.mkdir(parents=True, exist_ok=True)
-    text = json.dumps({"mark": mark(), "designs": designs}, indent=2) + "\n"
-    write_text(options.results, text)
+    cache.save(entry(options.results), designs)
     console.print(table(designs))
     console.print(f"written: {options.results}")
     return 0 if all(within(name, found) for name, found in designs.items()) else 1

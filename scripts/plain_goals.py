@@ -12,7 +12,7 @@ from pathlib import Path
 from asip_asm.isa import default_isa
 from asip_asm.project import ROOT
 from scripts.plain_verilog import CORES, FOLDER, write_plain
-from scripts.silicon import kept
+from scripts.silicon import outcome_of
 from sim.cocotb.runner import Simulation, outcomes
 from sim.report.goals import Goal, exactly, not_measured
 from sim.rtl.sources import sources_of
@@ -91,7 +91,7 @@ def differing(top: str) -> list[str]:
         try:
             key = f"{name}-plain-{count}"
             compare = partial(beside.run, name, count, plain=True)
-            outcome = kept(key, compare, (*sources_of(top), *COMPARATOR))
+            outcome = outcome_of(key, compare, (*sources_of(top), *COMPARATOR))
         except NetlistError as error:
             wrong.append(f"{name}: {str(error).splitlines()[0]}")
             continue

@@ -8,12 +8,13 @@ missed: what was never measured is neither met nor missed.
 
 from __future__ import annotations
 
+import functools
 import json
 import os
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, replace
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ from scripts.bitstream import BOARDS
 from scripts.bitstream import OUTPUT as BOARD_RESULTS
 from sim.bench.run.tables import synthesised
 from sim.core.fpbench import campaign
+from sim.report import cache
 from sim.report.goals import (
     Goal,
     as_json,
@@ -110,13 +112,13 @@ def netlist_ticks(full: bool) -> Iterator[Goal]:
 def netlist_run(program: str, configuration: str, count: int) -> tuple[int, int | None]:
     """Ticks that agree in bits and cycles, and the first that does not. Raises NetlistError."""
     tasks = list(ticks.tasks_of(program, configuration, count))
-    waiting = [task for task in tasks if campaign.finished(task) is None]
+    waiting = [task for task in tasks if cache.load(task) is None]
 
     def failed(task: ticks.Task, text: str) -> None:
-        raise NetlistError(f"{task.key}: {text}")
+        raise NetlistError(f"{task.name}: {text}")
 
     campaign.run(waiting, lambda task, result: None, failed, 1, work=ticks.execute)
-    results = [result for task in tasks if (result := campaign.finished(task)) is not None]
+    results = [result for task in tasks if (result := cache.load(task)) is not None]
     wrong = [result["differs"] for result in results if result["differs"] is not None]
     return (min(wrong), min(wrong)) if wrong else (sum(r["ticks"] for r in results), None)
 
@@ -129,7 +131,7 @@ def netlist_units(full: bool) -> Iterator[Goal]:
             yield not_measured(name, "0", "", FULL)
             continue
         clocks = 1_000_000 if full else 100_000
-        outcome = kept(f"{top}-random-{clocks}", partial(lockstep.run, top, clocks=clocks))
+        outcome = outcome_of(f"{top}-random-{clocks}", partial(lockstep.run, top, clocks=clocks))
         yield compared(name, f"{clocks} clocks", outcome)
 
 
@@ -138,26 +140,28 @@ def at_work(full: bool) -> Iterator[Goal]:
     for work, (count, unit) in AT_WORK.items():
         name = f"clocks of {work} at work whose outputs differ from its netlist's"
         if full:
-            outcome = kept(f"{work}-{count}", partial(beside.run, work, count))
+            outcome = outcome_of(f"{work}-{count}", partial(beside.run, work, count))
             yield compared(name, f"{count} {unit}", outcome)
         else:
             yield not_measured(name, "0", "", FULL)
 
 
-@cache
-def mark(places: tuple[Path, ...] = COMPARED) -> str:
+@functools.cache
+def fingerprint(places: tuple[Path, ...] = COMPARED) -> str:
     """Changes with the files and folders that a comparison compares, runs or is made with."""
-    files = [path for place in places for path in (place, *place.rglob("*"))]
-    return campaign.mark_of([*files, *ROOT.glob("requirements*.lock")], os.environ.get("SEED", ""))
+    locks = ROOT.glob("requirements*.lock")
+    return cache.fingerprint([*places, *locks], os.environ.get("SEED", ""))
 
 
-def kept(key: str, compare: Callable[[], Outcome], places: tuple[Path, ...] = COMPARED) -> Outcome:
-    """The outcome stored for the present files of `places`, else that of `compare`.
+def outcome_of(
+    key: str, compare: Callable[[], Outcome], places: tuple[Path, ...] = COMPARED
+) -> Outcome:
+    """The outcome cached for the present files of `places`, else that of `compare`.
 
     Raises NetlistError.
     """
-    file = OUTCOMES / f"{key}-{mark(places)}.json"
-    found = campaign.kept(file, lambda: asdict(compare()))
+    entry = cache.Entry(OUTCOMES / f"{key}.json", fingerprint(places))
+    found = cache.result_of(entry, lambda: asdict(compare()))
     return Outcome(found["first"], found["bits"], tuple(found["still"]))
 
 

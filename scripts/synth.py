@@ -19,9 +19,9 @@ from rich.console import Console
 
 from asip_asm.command import command, script_parser
 from asip_asm.files import write_text
-from scripts.synth_unit import OUTPUT, ROOT, SynthesisError, synthesise
+from scripts.synth_unit import OUTPUT, ROOT, TOOLS, SynthesisError, synthesise
 from sim.bench.run.tables import resource_table
-from sim.core.fpbench.campaign import kept, mark_of
+from sim.report.cache import Entry, fingerprint, result_of
 from sim.report.provenance import commit
 from sim.robot.published import Published
 from sim.rtl.figures import rtl_mark
@@ -66,10 +66,11 @@ TOPS = (
 )
 
 
-def fingerprint(top: Top, seeds: tuple[int, ...]) -> str:
-    """Hash of everything that a result depends on."""
-    own = (Path(__file__), Path(__file__).with_name("synth_unit.py"))
-    return mark_of([*sources_of(top.module), *own], top, seeds)
+def entry(top: Top, seeds: tuple[int, ...]) -> Entry:
+    """Where the result of a top is cached, and what it depends on."""
+    own = (Path(__file__), Path(__file__).with_name("synth_unit.py"), TOOLS)
+    files = [*sources_of(top.module), *own]
+    return Entry(OUTPUT / "results" / f"{top.name}.json", fingerprint(files, top, seeds))
 
 
 def run(top: Top, seeds: tuple[int, ...], console: Console, jobs: int = 1) -> dict:
@@ -81,7 +82,7 @@ def run(top: Top, seeds: tuple[int, ...], console: Console, jobs: int = 1) -> di
     def measure() -> dict:
         return synthesise(top.module, files, seeds, top.parameters, top.name, jobs, top.memories)
 
-    result = kept(OUTPUT / f"{top.name}-{fingerprint(top, seeds)}.json", measure)
+    result = result_of(entry(top, seeds), measure)
     console.print(f"  {top.name}: {time.monotonic() - begin:.0f} s")
     return result
 

@@ -9,7 +9,6 @@ path of the module is a register-to-register path.
 
 from __future__ import annotations
 
-import hashlib
 import json
 import re
 import statistics
@@ -24,6 +23,7 @@ from rich.table import Table
 from asip_asm.command import command, script_parser
 from asip_asm.files import write_text
 from sim.core.fpbench import campaign
+from sim.report import cache
 from sim.rtl.sources import sources_of
 from sim.rtl.wasm import run_tool
 
@@ -32,6 +32,8 @@ OUTPUT = ROOT / "build/synth"
 TARGET_MHZ = 250  # above every unit, so that nextpnr keeps optimising
 WIRE_PS = 600  # a wire as nextpnr routes it on average; Yosys counts 300, and then maps for area
 CLOCK, RESET = "clk_i", "rst_ni"
+TOOLS = ROOT / "requirements-synth.lock"
+"""Versions of Yosys and nextpnr."""
 ELABORATED = "ports.json"
 KEPT = (
     *("fp_fma", "fp_divsqrt", "fp_divsqrt_folded", "fp_cmp", "fp_i2f", "fp_f2i", "fp_sincos"),
@@ -196,20 +198,9 @@ class Placement:
     path: Path
 
     @property
-    def key(self) -> str:
-        """Its name among the tasks of a cluster, and the mark of its report."""
-        text = repr(list(self.options)).encode()
-        return hashlib.sha256(self.netlist.read_bytes() + text).hexdigest()
-
-    @property
-    def mark(self) -> Path:
-        """File with the key of the run that made the report."""
-        return self.path.with_suffix(".sha256")
-
-    def kept(self) -> bool:
-        """Whether the report is there, of the same netlist and options."""
-        there = self.path.is_file() and self.mark.is_file()
-        return there and self.mark.read_text() == self.key
+    def fingerprint(self) -> str:
+        """Fingerprint of netlist, options and versions of the tools."""
+        return cache.fingerprint([self.netlist, TOOLS], self.options)
 
 
 def place(task: Placement) -> dict:
@@ -226,18 +217,16 @@ def place(task: Placement) -> dict:
 
 def _place_and_route(tasks: Sequence[Placement], jobs: int) -> list[dict]:
     """Reports of all tasks, those that are not cached made by `jobs` processes at a time."""
-    waiting = [task for task in tasks if not task.kept()]
-    for task in waiting:
-        task.mark.unlink(missing_ok=True)
 
     def done(task: Placement, report: dict) -> None:
-        write_text(task.mark, task.key)
+        """The runner has saved it."""
 
     def failed(task: Placement, text: str) -> None:
         raise SynthesisError(text)
 
+    waiting = [task for task in tasks if cache.load(task) is None]
     campaign.run(waiting, done, failed, jobs, work=place)
-    return [json.loads(task.path.read_text()) for task in tasks]
+    return [cache.load(task) for task in tasks]
 
 
 def ecp5_speed(top: str, read: str, folder: Path, seeds: Sequence[int], jobs: int = 1) -> dict:

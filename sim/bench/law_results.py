@@ -14,7 +14,8 @@ from typing import Any
 
 from asip_asm.pace import Pace
 from asip_asm.project import BUILD, ROOT
-from sim.core.fpbench.campaign import finished, mark_of, run
+from sim.core.fpbench.campaign import run
+from sim.report import cache
 
 STORE = BUILD / "law_results"
 SOURCES = ("asip_asm", "sim")
@@ -33,13 +34,16 @@ class Task:
     law: str
     numbers: tuple[int, ...]
     path: Path
+    fingerprint: str
 
 
 @functools.cache
 def fingerprint() -> str:
     """Of the sources, and of the files that they read."""
     files = [file for folder in SOURCES for file in (ROOT / folder).rglob("*")]
-    return mark_of(file for file in files if file.suffix in (".py", ".toml", ".urdf", ".s"))
+    return cache.fingerprint(
+        file for file in files if file.suffix in (".py", ".toml", ".urdf", ".s")
+    )
 
 
 def file_name(law: str) -> str:
@@ -56,9 +60,10 @@ def work(task: Task) -> dict[str, Any]:
 def results(place: str, laws: Sequence[str], *numbers: int) -> dict[str, dict[str, Any]]:
     """What `place` finds of each law, stored or measured now. Raises MeasureError."""
     what = "-".join([place.partition(":")[0].rpartition(".")[2], *map(str, numbers)])
-    folder = STORE / fingerprint() / what
-    tasks = [Task(place, law, numbers, folder / file_name(law)) for law in laws]
-    found = {task.law: result for task in tasks if (result := finished(task)) is not None}
+    tasks = [
+        Task(place, law, numbers, STORE / what / file_name(law), fingerprint()) for law in laws
+    ]
+    found = {task.law: result for task in tasks if (result := cache.load(task)) is not None}
     missing = [task for task in tasks if task.law not in found]
     pace = Pace(what, len(missing))
     wrong: list[str] = []

@@ -3,8 +3,8 @@
 
 The faults are those of tests/mutants and of faults.toml here. Those that are expressions are built
 into one model, where a plusarg selects one; the others get a build each. The tests
-of the module that should find a fault run until the first one fails. Verdicts are cached by what
-they depend on in build/cocotb/planted.json.
+of the module that should find a fault run until the first one fails. Verdicts are cached in
+build/cocotb/verdicts.
 
     .venv/bin/python -m tests.cocotb.planted              all faults, then what was not found
     .venv/bin/python -m tests.cocotb.planted asip 3-fp_add  faults whose name contains a word
@@ -12,22 +12,20 @@ they depend on in build/cocotb/planted.json.
 
 from __future__ import annotations
 
-import json
+import functools
 import re
 import shutil
 import sys
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, replace
-from functools import cache
 from pathlib import Path
 
 from asip_asm.command import script_parser
-from asip_asm.files import write_text
 from asip_asm.project import BUILD
 from sim.cocotb import golden
 from sim.cocotb.runner import Simulation, outcomes
-from sim.core.fpbench.campaign import mark_of
+from sim.report import cache
+from sim.report.cache import Entry
 from sim.report.goals import Goal, at_least, exactly, not_measured
 from sim.rtl import runtime
 from sim.rtl.sources import sources_of
@@ -39,10 +37,9 @@ from tests.mutants import faults as units
 
 OWN = Path(__file__).with_name("faults.toml")
 FOLDER = BUILD / "cocotb/planted"
-REPORT = BUILD / "cocotb/planted.json"
+VERDICTS = BUILD / "cocotb/verdicts"
 FINDERS = test_units.RUNS | test_custom.RUNS | test_asip.RUNS
 LEAST = 90  # % of the faults
-JOBS = 1
 
 
 CHOICE = """
@@ -81,7 +78,7 @@ def bare(fault: Fault) -> Fault:
     return fault
 
 
-@cache
+@functools.cache
 def cases() -> tuple[Case, ...]:
     """All faults, those of the arithmetic units first. Raises TableError."""
     found = []
@@ -128,8 +125,8 @@ def sources(case: Case, run: Run) -> list[Path]:
     return paths
 
 
-def fingerprint(case: Case) -> str:
-    """Hash of all that the verdict depends on."""
+def entry(case: Case) -> Entry:
+    """Where the verdict is cached: for RTL, tests, golden model, tools and the fault itself."""
     paths: list[Path] = []
     for run in (FINDERS[name] for name in case.runs):
         names = {getattr(value, "__module__", "") or "" for value in vars(run.bench).values()}
@@ -137,7 +134,8 @@ def fingerprint(case: Case) -> str:
         paths += [Path(module.__file__) for module in (run.bench, golden, *drivers)]
         paths += sources_of(run.top)
     choices = [(FINDERS[name].parameters, FINDERS[name].only) for name in case.runs]
-    return mark_of(paths, case, runtime.toolchain(), choices)
+    of = cache.fingerprint(paths, case, runtime.toolchain(), choices)
+    return Entry(VERDICTS / f"{case.name}.json", of)
 
 
 def finder(case: Case) -> str:
@@ -162,29 +160,14 @@ def finder_in(case: Case, name: str) -> str:
     return bad[0] if bad else ""
 
 
-def judged(chosen: Sequence[Case], known: dict[str, dict]) -> Iterator[tuple[Case, dict]]:
-    """Verdicts, the cached ones first."""
-    marks = {case.name: fingerprint(case) for case in chosen}
-    old = [c for c in chosen if known.get(c.name, {}).get("mark") == marks[c.name]]
-    yield from ((case, known[case.name]) for case in old)
-    with ThreadPoolExecutor(JOBS) as pool:
-        tasks = {pool.submit(finder, case): case for case in chosen if case not in old}
-        for task in as_completed(tasks):
-            case = tasks[task]
-            yield case, {"mark": marks[case.name], "by": task.result()}
-
-
-def campaign(words: Sequence[str] = ()) -> dict[str, dict]:
-    """Verdict of each fault by its name; written after each one, so that a stop loses nothing."""
+def campaign(words: Sequence[str] = ()) -> dict[str, str]:
+    """Test that finds each fault, by the fault's name; empty for a fault that no test finds."""
     write_copies()
-    known = json.loads(REPORT.read_text()) if REPORT.exists() else {}
     chosen = [c for c in cases() if not words or any(word in c.name for word in words)]
     found = {}
-    for case, verdict in judged(chosen, known):
-        known[case.name] = found[case.name] = verdict
-        print(f"{case.name}: {verdict['by'] or 'NOT FOUND: ' + case.fault.breaks}", flush=True)
-        REPORT.parent.mkdir(parents=True, exist_ok=True)
-        write_text(REPORT, json.dumps(known, indent=1) + "\n")
+    for case in chosen:
+        by = found[case.name] = cache.result_of(entry(case), functools.partial(finder, case))
+        print(f"{case.name}: {by or 'NOT FOUND: ' + case.fault.breaks}", flush=True)
     return found
 
 
@@ -208,7 +191,7 @@ def rows(full: bool) -> Iterator[Goal]:
         yield not_measured(name, f">= {LEAST}", "%", "make goals T=hardware RUN=full")
         return
     verdicts = campaign()
-    lost = [name for name, verdict in verdicts.items() if not verdict["by"]]
+    lost = [name for name, by in verdicts.items() if not by]
     share = 100 * (1 - len(lost) / len(verdicts))
     yield at_least(name, share, LEAST, "%", ", ".join(lost))
     bad = unsound()
@@ -221,8 +204,8 @@ def main(words: Sequence[str] | None = None) -> int:
     parser = script_parser(__doc__, "python -m tests.cocotb.planted asip fp_add")
     parser.add_argument("words", nargs="*", help="faults whose name contains one of them; all")
     verdicts = campaign(parser.parse_args(words).words)
-    print(f"{sum(bool(v['by']) for v in verdicts.values())} of {len(verdicts)} found")
-    return int(any(not v["by"] for v in verdicts.values()))
+    print(f"{sum(map(bool, verdicts.values()))} of {len(verdicts)} found")
+    return int(not all(verdicts.values()))
 
 
 if __name__ == "__main__":

@@ -26,7 +26,7 @@ def producers(monkeypatch, tmp_path):
         raise RuntimeError("no TAP device")
 
     monkeypatch.setattr(bus, "PRODUCERS", {"good": good, "broken": broken})
-    monkeypatch.setattr(bus_rows, "KEPT", tmp_path / "kept")
+    monkeypatch.setattr(bus_rows, "CACHED", tmp_path / "kept")
 
 
 def goals(tmp_path, *arguments: str) -> tuple[int, list[dict]]:
@@ -62,27 +62,49 @@ def test_unknown_producer__is_refused_with_those_there_are(producers, capsys):
     assert stopped.value.code == 2 and "good" in capsys.readouterr().err
 
 
-def test_long_result__is_kept_for_its_mark_only(producers):
+def test_long_result__is_kept_for_its_fingerprint_only(producers):
     ran = []
 
     def work():
         ran.append(1)
         return {"worst": len(ran)}
 
-    assert bus_rows.kept("clocks", "a", work) == bus_rows.kept("clocks", "a", work) == {"worst": 1}
-    assert bus_rows.kept("clocks", "b", work) == {"worst": 2}
+    assert (
+        bus_rows.cached("clocks", "a", work) == bus_rows.cached("clocks", "a", work) == {"worst": 1}
+    )
+    assert bus_rows.cached("clocks", "b", work) == {"worst": 2}
 
 
-def test_mark__follows_sources_and_choices():
+def test_path__whose_capture_is_lost__is_measured_again(producers, monkeypatch, tmp_path):
+    order = bus_rows.Order(False, tmp_path / "bus.pcap")
+    ran = []
+
+    def run(module, options):
+        ran.append(module)
+        order.capture.touch()
+        order.curves.touch()
+        numbers = ("tool", "following_errors", "wrong_counters")
+        return dict.fromkeys(numbers, 0) | {"faults": []}
+
+    monkeypatch.setattr(bus_rows, "run", run)
+    for _ in range(2):
+        assert all(goal.met for goal in bus_rows.path(order, str))
+    assert len(ran) == 1
+    order.capture.unlink()
+    assert all(goal.met for goal in bus_rows.path(order, str)) and len(ran) == 2
+
+
+def test_fingerprint__follows_sources_and_choices():
     of = [
-        bus_rows.mark("ecat_check", files, n) for files, n in (([], 1), ([], 2), (["LICENSE"], 1))
+        bus_rows.fingerprint("ecat_check", files, n)
+        for files, n in (([], 1), ([], 2), (["LICENSE"], 1))
     ]
-    assert len(set(of)) == 3 and of[0] == bus_rows.mark("ecat_check", [], 1)
+    assert len(set(of)) == 3 and of[0] == bus_rows.fingerprint("ecat_check", [], 1)
 
 
 def test_mark__of_a_missing_file_is_an_error():
     with pytest.raises(FileNotFoundError, match="sim/nothing"):
-        bus_rows.mark("ecat_check", ["sim/nothing/*.py"])
+        bus_rows.fingerprint("ecat_check", ["sim/nothing/*.py"])
 
 
 def marked(*patterns: str) -> set[str]:

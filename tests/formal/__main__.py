@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 
 from asip_asm.command import command, script_parser
+from asip_asm.files import write_text
 
 try:
     import bitwuzla
@@ -16,6 +17,8 @@ except ModuleNotFoundError:
     sys.exit("python -m tests.formal: no solver is installed here; `make setup-synth` installs it")
 from rich.console import Console
 
+from sim.report import cache
+from sim.report.cache import Entry
 from sim.report.marks import between_marks
 from tests.bench.faults import Fault, TableError
 from tests.formal.catalogue import Proof
@@ -24,6 +27,7 @@ from tests.formal.netlist import ROOT, ElaborationError
 from tests.formal.proofs import PROOFS
 
 REPORT = BUILD / "report.json"
+VERDICTS = BUILD / "verdicts"
 PAGE = ROOT / "docs/formal.md"
 COMMAND = "python -m tests.formal --only"
 
@@ -41,9 +45,7 @@ def store(kind: str, name: str, entry: dict | list) -> None:
     report = load()
     report[kind][name] = entry
     REPORT.parent.mkdir(parents=True, exist_ok=True)
-    draft = REPORT.with_suffix(".tmp")
-    draft.write_text(json.dumps(report, indent=1) + "\n")
-    draft.replace(REPORT)
+    write_text(REPORT, json.dumps(report, indent=1) + "\n")
 
 
 def summary(entry: dict | None) -> dict:
@@ -62,22 +64,38 @@ def summary(entry: dict | None) -> dict:
     return {"status": status, "seconds": seconds, "cases": len(cases), "proved": proved}
 
 
-def prove(proof: Proof, report: dict, console: Console, limit: float | None, again: bool) -> bool:
+def entry_of(digest: str) -> Entry:
+    """Where the verdict of a formula is cached, by the digest of formula and solver."""
+    return Entry(VERDICTS / f"{digest}.json", digest)
+
+
+def earlier_verdict(digest: str, limit: float, again: bool) -> Verdict | None:
+    """The cached verdict of a formula, if it counts: a shorter time limit decides nothing, and
+    with `again` only a proof does."""
+    if (found := cache.load(entry_of(digest))) is None:
+        return None
+    verdict = Verdict(**found)
+    decided = verdict.status in (PROVED, REFUTED) or limit <= verdict.seconds
+    return verdict if decided and (verdict.status == PROVED or not again) else None
+
+
+def prove(proof: Proof, console: Console, limit: float | None, again: bool) -> bool:
     """Run one proof, store its verdicts after every case; true if all cases are proved."""
-    before = report["proofs"].get(proof.name, {})
-    old = before.get("earlier", []) + before.get("cases", [])
-    known = {}
-    for case in old:
-        if case["digest"] and (case["status"] == PROVED or not again):
-            verdict = Verdict(**case)
-            if verdict.status in (PROVED, REFUTED) or (limit or proof.timeout) <= verdict.seconds:
-                known[verdict.digest] = verdict
+    unchanged = set()
+
+    def known(digest: str) -> Verdict | None:
+        if (found := earlier_verdict(digest, limit or proof.timeout, again)) is not None:
+            unchanged.add(digest)
+        return found
+
     cases: list[dict] = []
-    entry = {"cases": cases, "complete": False, "earlier": old}  # in case this run is stopped
+    entry = {"cases": cases, "complete": False}  # in case this run is stopped
     console.print(f"{proof.name}: {proof.unit}, {proof.claim}")
     for verdict in run(proof, known=known, limit=limit):
         cases.append(asdict(verdict))
-        earlier = " (unchanged)" if verdict.digest in known else ""
+        earlier = " (unchanged)" if verdict.digest in unchanged else ""
+        if verdict.digest and not earlier:
+            cache.save(entry_of(verdict.digest), asdict(verdict))
         text = f"  {verdict.case}: {verdict.status}, {verdict.seconds:.1f} s{earlier}"
         if verdict.status != PROVED:
             text += f"\n    {verdict.note}"
@@ -85,7 +103,6 @@ def prove(proof: Proof, report: dict, console: Console, limit: float | None, aga
             console.print(text)
         store("proofs", proof.name, entry)
     entry["complete"] = True
-    del entry["earlier"]
     store("proofs", proof.name, entry)
     result = summary(entry)
     console.print(
@@ -187,16 +204,15 @@ def main(argv: Sequence[str] | None = None) -> int:
         for proof in chosen:
             console.print(f"{proof.name}: {proof.unit}: {proof.claim}")
         return 0
-    report = load()
     if options.docs:
-        PAGE.write_text(page_text(report))
+        PAGE.write_text(page_text(load()))
         return 0
     failures = []
     for proof in chosen:
         if options.check_can_fail:
             good = can_fail(proof, console, options.timeout)
         else:
-            good = prove(proof, report, console, options.timeout, options.again)
+            good = prove(proof, console, options.timeout, options.again)
         if not good:
             failures.append(proof.name)
     word = "with a fault not seen" if options.check_can_fail else "not proved"

@@ -7,18 +7,18 @@ specification nor the solver changed what has to be proved, the earlier verdict 
 
 from __future__ import annotations
 
-import hashlib
 import multiprocessing
 import resource
 import shutil
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 
 import bitwuzla
 
+from sim.report.cache import fingerprint
 from tests.bench.faults import Fault, copy
 from tests.formal import logic
 from tests.formal.catalogue import Case, Context, Proof
@@ -44,8 +44,7 @@ class Verdict:
 
 def digest_of(case: Case) -> str:
     """Hash of what is asked and of who is asked."""
-    text = "\n".join([bitwuzla.version(), *map(str, case.assume), str(case.claim)])
-    return hashlib.sha256(text.encode()).hexdigest()[:24]
+    return fingerprint([], bitwuzla.version(), *map(str, case.assume), str(case.claim))
 
 
 def solve(case: Case) -> Verdict:
@@ -78,22 +77,23 @@ def solve(case: Case) -> Verdict:
     return Verdict(case.name, FAILED, seconds, note="the solver gave no answer")
 
 
-def _child(name: str, rtl: Path, build: Path, known: set[str], skip: int, link: Connection) -> None:
-    """Send for every case after the first `skip`: (name, digest, known) and then its verdict."""
+def _child(name: str, rtl: Path, build: Path, skip: int, link: Connection) -> None:
+    """Send (name, digest) of every case after the first `skip`, then its verdict where asked."""
     proof = next(p for p in PROOFS if p.name == name)
     try:
         context = Context(rtl, build)
         for index, case in enumerate(proof.cases(context)):
             if index < skip:
                 continue
-            digest = digest_of(case)
-            link.send((case.name, digest, digest in known))
-            if digest not in known:
+            link.send((case.name, digest_of(case)))
+            if link.recv():
                 link.send(solve(case))
         link.send(None)
     except (ElaborationError, FileNotFoundError, MemoryError, bitwuzla.BitwuzlaException) as error:
-        link.send(("elaboration", "", False))
-        link.send(Verdict("elaboration", FAILED, 0.0, note=str(error) or type(error).__name__))
+        link.send(("elaboration", ""))
+        if link.recv():
+            text = str(error) or type(error).__name__
+            link.send(Verdict("elaboration", FAILED, 0.0, note=text))
         link.send(None)
 
 
@@ -101,22 +101,21 @@ def run(
     proof: Proof,
     rtl: Path = ROOT / "rtl",
     build: Path = BUILD / "netlists",
-    known: dict[str, Verdict] | None = None,
+    known: Callable[[str], Verdict | None] = lambda digest: None,
     limit: float | None = None,
 ) -> Iterator[Verdict]:
-    """Verdicts of a proof's cases in order. `known` are earlier verdicts by digest.
+    """Verdicts of a proof's cases in order. `known` finds an earlier verdict by its digest.
 
     A case that exceeds `limit` seconds (default: the proof's own) is tried again in a process that
     has solved no other: the solver may take another way there. If not, it is a timeout.
     """
-    known = known or {}
     limit = limit or proof.timeout
     method = multiprocessing.get_context("forkserver")  # modules are imported once, not a process
     method.set_forkserver_preload([__name__])
     done = 0
     while True:
-        here, there = method.Pipe(duplex=False)
-        arguments = (proof.name, rtl, build, set(known), done, there)
+        here, there = method.Pipe()
+        arguments = (proof.name, rtl, build, done, there)
         child = method.Process(target=_child, args=arguments, daemon=True)
         child.start()
         there.close()
@@ -129,10 +128,12 @@ def run(
                 if isinstance(message, str):
                     yield Verdict("elaboration", FAILED, 0.0, note=message)
                     return
-                case, digest, is_known = message
+                case, digest = message
                 done += 1
-                if is_known:
-                    yield replace(known[digest], case=case)
+                earlier = known(digest)
+                here.send(earlier is None)
+                if earlier is not None:
+                    yield replace(earlier, case=case)
                     continue
                 answer = _receive(here, limit)
                 restart = isinstance(answer, str)

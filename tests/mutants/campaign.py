@@ -9,26 +9,29 @@ and gets all of it.
 
 from __future__ import annotations
 
-import hashlib
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import as_completed
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-import msgspec
 import numpy as np
 
+from asip_asm.files import write_text
+from asip_asm.project import ROOT
 from sim.core.fpbench import Mismatch, Unit, operations, quick
 from sim.core.fpbench.directed import rows_of
 from sim.core.fpbench.native import RTL
 from sim.core.fpbench.quick import parts, run_parts
 from sim.core.fpbench.variants import bench_unit, fingerprint, lane_sources
+from sim.report import cache
+from sim.report.cache import Entry
 from sim.rtl.build import BuildError
 from sim.rtl.processes import processes
 from tests.mutants.faults import BUILD, COPY, Fault, write_lanes
 
 REPORT = BUILD / "report.json"
+SHORT_SET = ROOT / "sim/core/fpbench/quick.py"
 SEED = 1
 BLOCK = 16384  # rows that the bench takes through the lanes without a break
 SHARED_CASES = {"fp_sincos": 4_000}  # random cases in shared simulation
@@ -44,7 +47,6 @@ class Verdict:
     case: str
     after: int  # cases up to the end of the block that found it
     alone: bool
-    fingerprint: str
 
 
 @dataclass(frozen=True)
@@ -55,12 +57,11 @@ class Sound:
     good: bool
     cases: int
     first: str
-    fingerprint: str
 
 
-def mark_of(fault: Fault) -> str:
-    """Hash of what the verdict depends on: RTL and bench of the unit, entry, size of the set."""
-    entry = (
+def verdict_of(fault: Fault, report: Path) -> Entry:
+    """Where a verdict is cached: for RTL and bench of the unit, the fault, and the short set."""
+    choices = (
         fault.number,
         fault.file,
         fault.place,
@@ -70,9 +71,9 @@ def mark_of(fault: Fault) -> str:
         fault.alone,
     )
     sizes = (SEED, SHARED_CASES, DEFAULT_SHARED_CASES)
-    text = fingerprint(fault.unit) + repr((entry, sizes, [rows_of(op) for op in fault.ops]))
-    text += (Path(__file__).parents[2] / "sim/core/fpbench/quick.py").read_text()
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
+    rows = [rows_of(op) for op in fault.ops]
+    of = cache.fingerprint([SHORT_SET], fingerprint(fault.unit), choices, sizes, rows)
+    return Entry(report.with_suffix("") / f"{fault.number}.json", of)
 
 
 def blocks(unit: Unit, op: str, rows: int) -> Iterator[np.ndarray]:
@@ -117,7 +118,7 @@ def wrong_lanes(unit: Unit, op: str, words: np.ndarray, lanes: int) -> tuple[np.
     return wrong, bits, flags
 
 
-def shared(unit_name: str, faults: Sequence[Fault], marks: Mapping[int, str]) -> list[Verdict]:
+def shared(unit_name: str, faults: Sequence[Fault]) -> list[Verdict]:
     """Verdicts of the faults of one unit that a shared simulation finds.
 
     Raises BuildError if the lane without fault fails or the handshake breaks.
@@ -149,13 +150,11 @@ def shared(unit_name: str, faults: Sequence[Fault], marks: Mapping[int, str]) ->
                 if lane == 0:
                     raise BuildError(f"the RTL without a fault fails: {case}")
                 fault = faults[lane - 1]
-                found[fault.number] = Verdict(
-                    fault.number, True, case, done, False, marks[fault.number]
-                )
+                found[fault.number] = Verdict(fault.number, True, case, done, False)
     return list(found.values())
 
 
-def alone(fault: Fault, mark: str) -> Verdict:
+def alone(fault: Fault) -> Verdict:
     """Verdict of one fault, built with its macro, by the whole short set of its operations."""
     done, unit = 0, bench_unit(fault.unit, COPY, {fault.macro: ""})
     for op in fault.ops:
@@ -163,51 +162,32 @@ def alone(fault: Fault, mark: str) -> Verdict:
         done += report.cases
         if not report.good:
             case = report.protocol or f"microtick fp case {report.failures[0].arguments}"
-            return Verdict(fault.number, True, case, done, True, mark)
-    return Verdict(fault.number, False, "not found", done, True, mark)
+            return Verdict(fault.number, True, case, done, True)
+    return Verdict(fault.number, False, "not found", done, True)
 
 
-def batch(unit: str, faults: Sequence[Fault], marks: Mapping[int, str]) -> list[Verdict]:
-    """Verdicts of all faults of a unit; `marks` are those of the sources that were copied."""
+def batch(unit: str, faults: Sequence[Fault]) -> list[Verdict]:
+    """Verdicts of all faults of a unit."""
     together = [fault for fault in faults if not fault.alone]
-    verdicts = shared(unit, together, marks) if together else []
+    verdicts = shared(unit, together) if together else []
     found = {verdict.number for verdict in verdicts}
-    return verdicts + [
-        alone(fault, marks[fault.number]) for fault in faults if fault.number not in found
-    ]
+    return verdicts + [alone(fault) for fault in faults if fault.number not in found]
 
 
-def sound_mark(op: str) -> str:
-    """Hash of what the run of an operation on the RTL itself depends on."""
-    unit = operations()[op][0]
-    return fingerprint(unit) + hashlib.sha256(repr((SEED, rows_of(op))).encode()).hexdigest()[:8]
+def sound_of(op: str, report: Path) -> Entry:
+    """Where the run of an operation on the RTL itself is cached."""
+    of = cache.fingerprint([SHORT_SET], fingerprint(operations()[op][0]), SEED, rows_of(op))
+    return Entry(report.with_suffix("") / f"{op}.json", of)
 
 
 def sound(ops: Sequence[str]) -> list[Sound]:
     """The short set of operations of one unit on the RTL itself."""
     results = []
     for op in ops:
-        mark = sound_mark(op)  # before the sources are read: a change meanwhile makes it stale
         report = quick(op, RTL, seed=SEED)
         first = report.protocol or (str(report.failures[0]) if report.failures else "")
-        results.append(Sound(op, report.good, report.cases, first, mark))
+        results.append(Sound(op, report.good, report.cases, first))
     return results
-
-
-class Report(msgspec.Struct):
-    """What is read of the report."""
-
-    faults: list[Verdict]
-    sound: list[Sound]
-
-
-def load_report(path: Path) -> tuple[dict[int, Verdict], dict[str, Sound]]:
-    """What earlier runs have found; nothing if there is no report or it cannot be read."""
-    try:
-        report = msgspec.json.decode(path.read_bytes(), type=Report)
-    except (FileNotFoundError, msgspec.DecodeError):
-        return {}, {}
-    return {v.number: v for v in report.faults}, {s.op: s for s in report.sound}
 
 
 def store(
@@ -233,9 +213,7 @@ def store(
         "sound": [asdict(entry) for entry in sounds.values()],
     }
     path.parent.mkdir(parents=True, exist_ok=True)
-    draft = path.with_suffix(".tmp")
-    draft.write_text(json.dumps(data, indent=1) + "\n")
-    draft.replace(path)
+    write_text(path, json.dumps(data, indent=1) + "\n")
 
 
 def run(
@@ -245,22 +223,24 @@ def run(
     told: Callable[[str], None],
     path: Path,
 ) -> tuple[dict[int, Verdict], dict[str, Sound], list[str]]:
-    """check the chosen faults and the RTL itself; what has not changed keeps its verdict.
+    """Check the chosen faults and the RTL itself; cached verdicts that still count are taken.
 
-    `faults` is the whole table, already written to COPY. Returns the verdicts, the runs without
-    fault, and what could not be run.
+    path: file of the report; the cache is the folder of its name next to it. `faults` is the whole
+    table, already written to COPY. Returns the verdicts, the runs without fault, and what could not
+    be run.
     """
-    verdicts, sounds = load_report(path)
-    marks = {fault.number: mark_of(fault) for fault in chosen}
-    verdicts = {n: v for n, v in verdicts.items() if v.fingerprint == marks.get(n, v.fingerprint)}
-    sounds = {op: entry for op, entry in sounds.items() if entry.fingerprint == sound_mark(op)}
+    # Taken before the run: if a source changes meanwhile, the next run does not find the verdict.
+    of_faults = {fault.number: verdict_of(fault, path) for fault in faults}
+    of_ops = {op: sound_of(op, path) for op in operations()}
+    verdicts = {n: Verdict(**v) for n, entry in of_faults.items() if (v := cache.load(entry))}
+    sounds = {op: Sound(**s) for op, entry in of_ops.items() if (s := cache.load(entry))}
     problems: list[str] = []
     with processes(jobs) as pool:
         tasks = {}
         for unit in dict.fromkeys(fault.unit for fault in chosen):
             mine = [each for each in chosen if each.unit == unit and each.number not in verdicts]
             if mine:
-                tasks[pool.submit(batch, unit, mine, marks)] = f"{unit}: {len(mine)} faults"
+                tasks[pool.submit(batch, unit, mine)] = f"{unit}: {len(mine)} faults"
             ops = [op for op, (owner, _) in operations().items() if owner == unit]
             if ops := [op for op in ops if op not in sounds]:
                 tasks[pool.submit(sound, ops)] = f"{unit}: no fault, {len(ops)} ops"
@@ -269,8 +249,10 @@ def run(
                 for result in task.result():
                     if isinstance(result, Verdict):
                         verdicts[result.number] = result
+                        cache.save(of_faults[result.number], asdict(result))
                     else:
                         sounds[result.op] = result
+                        cache.save(of_ops[result.op], asdict(result))
                 store(faults, verdicts, sounds, path)
                 told(f"  {tasks[task]}: done")
             except BuildError as error:

@@ -3,19 +3,20 @@
 
 from __future__ import annotations
 
-import json
 import re
 import subprocess
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from sim.core.fpbench.native import RTL, Report, Unit, operations
+from sim.report import cache
 from sim.rtl.build import BuildError, verilator_driver
 from tests.mutants import campaign, faults
 from tests.mutants.__main__ import main
-from tests.mutants.campaign import Sound, Verdict, mark_of, sound_mark, store
+from tests.mutants.campaign import Sound, Verdict, sound_of, verdict_of
 from tests.mutants.faults import Fault, load, write_copy
 
 TABLE = load()
@@ -37,11 +38,6 @@ def code(path: Path, macros: tuple[str, ...] = ()) -> str:
     command = [str(verilator_driver()), "-E", "-P", *defines, str(path)]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     return "".join(done.stdout.split())
-
-
-def marks_of(entries: list[Fault]) -> dict[int, str]:
-    """Marks of the entries by number."""
-    return {entry.number: mark_of(entry) for entry in entries}
 
 
 def test_table__faults__are_at_least_forty_and_in_every_module() -> None:
@@ -97,26 +93,28 @@ def test_command__unknown_fault__is_named(capsys) -> None:
 @pytest.mark.parametrize(
     ("caught", "good", "status"), [(True, True, 0), (False, True, 1), (True, False, 1)]
 )
-def test_command__kept_verdicts__decide_the_exit_status(
+def test_command__cached_verdicts__decide_the_exit_status(
     caught: bool, good: bool, status: int, tmp_path: Path, capsys
 ) -> None:
     entry = next(entry for entry in TABLE if entry.name == "fp_f2i.sv")
     ops = [op for op, (unit, _) in operations().items() if unit == entry.unit]
-    verdict = Verdict(entry.number, caught, "microtick fp case f2i 0", 1, False, mark_of(entry))
-    sounds = {op: Sound(op, good, 1, "FAIL here", sound_mark(op)) for op in ops}
+    verdict = Verdict(entry.number, caught, "microtick fp case f2i 0", 1, False)
     path = tmp_path / "report.json"
-    store(TABLE, {entry.number: verdict}, sounds, path)
+    cache.save(verdict_of(entry, path), asdict(verdict))
+    for op in ops:
+        cache.save(sound_of(op, path), asdict(Sound(op, good, 1, "FAIL here")))
     assert main(["--only", entry.macro, "--report", str(path), "--jobs", "1"]) == status
     shown = capsys.readouterr().out
     assert f"{int(caught)} of 1 faults caught" in shown
     assert ("the RTL itself fails: FAIL here" in shown) is not good
 
 
-def test_report__entry_or_unit_changed__is_judged_again() -> None:
+def test_verdict__entry_changed__does_not_count(tmp_path: Path) -> None:
     entry = TABLE[0]
     changed = Fault(**(entry.__dict__ | {"wrong": entry.wrong + " "}))
-    assert mark_of(changed) != mark_of(entry)
-    assert mark_of(Fault(**(entry.__dict__ | {"where": ""}))) == mark_of(entry)
+    same = Fault(**(entry.__dict__ | {"where": ""}))
+    assert verdict_of(changed, tmp_path) != verdict_of(entry, tmp_path)
+    assert verdict_of(same, tmp_path) == verdict_of(entry, tmp_path)
 
 
 def test_faults__underflow_and_sticky_in_one_simulation__are_found_and_a_harmless_one_is_not(
@@ -131,9 +129,7 @@ def test_faults__underflow_and_sticky_in_one_simulation__are_found_and_a_harmles
     monkeypatch.setattr(campaign, "COPY", tmp_path / "rtl")
     monkeypatch.setattr(campaign, "DEFAULT_SHARED_CASES", 20_000)
     write_copy([*TABLE, harmless], tmp_path / "rtl")
-    verdicts = {
-        verdict.number: verdict for verdict in campaign.shared("fp_mul", chosen, marks_of(chosen))
-    }
+    verdicts = {verdict.number: verdict for verdict in campaign.shared("fp_mul", chosen)}
     assert verdicts.keys() == {4, 5, 38}
     assert all(verdict.caught for verdict in verdicts.values())
     # The named case passes on the unit without a fault.
@@ -143,12 +139,6 @@ def test_faults__underflow_and_sticky_in_one_simulation__are_found_and_a_harmles
         assert unit.run_list("mul", [[int(word, 16) for word in words]]).good, verdict
     assert verdicts[4].case == "microtick fp case mul 007fffff 3f800001"
     assert verdicts[5].case == "microtick fp case mul 00ffffff 3f000000"
-
-
-def test_report__that_cannot_be_read__counts_as_none(tmp_path: Path) -> None:
-    path = tmp_path / "report.json"
-    path.write_text(json.dumps([1]))
-    assert campaign.load_report(path) == ({}, {})
 
 
 class WrongUnit:
@@ -178,7 +168,7 @@ def test_shared__lane_without_a_fault_fails__is_an_error(monkeypatch) -> None:
     monkeypatch.setattr(campaign, "write_lanes", lambda *_: [])
     chosen = [entry for entry in TABLE if entry.name == "fp_f2i.sv"]
     with pytest.raises(BuildError, match="without a fault fails: microtick fp case f2i 4f000000"):
-        campaign.shared("fp_f2i", chosen, marks_of(chosen))
+        campaign.shared("fp_f2i", chosen)
 
 
 @pytest.mark.full

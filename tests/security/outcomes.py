@@ -6,13 +6,14 @@ An outcome counts for the sources and Makefile that it was measured with, and fo
 
 from __future__ import annotations
 
+import functools
 import hashlib
 from collections.abc import Callable
-from functools import cache
 from pathlib import Path
 
 from asip_asm.project import BUILD, ROOT
-from sim.core.fpbench import campaign
+from sim.report import cache
+from sim.report.cache import Entry
 
 HERE = Path(__file__).parent
 OUTCOMES = BUILD / "outcomes/security"
@@ -20,15 +21,15 @@ SOURCES = ("asip_asm", "sim")  # folders
 FILES = ("Makefile", "pyproject.toml", "requirements.lock", "scripts/bootstrap.sh")
 
 
-@cache
+@functools.cache
 def fingerprint(module: str) -> str:
     """Changes with whatever the campaign of a module of this folder runs."""
     own = sorted(HERE.glob(f"*{module}.py"))
-    folders = [file for name in SOURCES for file in (ROOT / name).rglob("*.*")]
-    return campaign.mark_of([*own, *(ROOT / name for name in FILES), *folders])
+    return cache.fingerprint([*own, *(ROOT / name for name in (*FILES, *SOURCES))])
 
 
 def resumed(module: str, key: str, measure: Callable[[], dict]) -> dict:
-    """The stored outcome of a case of a campaign, else that of `measure`, which is then stored."""
+    """The cached outcome of a case of a campaign, else that of `measure`, which is then cached."""
     name = hashlib.sha256(key.encode()).hexdigest()[:16]
-    return campaign.kept(OUTCOMES / module / f"{name}-{fingerprint(module)}.json", measure)
+    entry = Entry(OUTCOMES / module / f"{name}.json", fingerprint(module))
+    return cache.result_of(entry, measure)

@@ -39,6 +39,7 @@ class Work:
 
     path: Path
     n: int
+    fingerprint: str = ""
 
 
 def listening(pid: int) -> list[str]:

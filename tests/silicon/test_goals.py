@@ -77,23 +77,23 @@ def test_netlists__short_form__lists_what_it_leaves_out(monkeypatch, tmp_path):
 def test_comparison__done_with_the_same_sources__is_not_done_again(monkeypatch, tmp_path):
     monkeypatch.setattr(silicon, "OUTCOMES", tmp_path)
     first, second = silicon.Outcome(None, 2, ("a[0]",)), silicon.Outcome(7, 2, ())
-    assert silicon.kept("a", lambda: first) == first
-    assert silicon.kept("a", lambda: second) == first
-    assert silicon.kept("b", lambda: second) == second
-    monkeypatch.setattr(silicon, "mark", lambda places: "other sources")
-    assert silicon.kept("a", lambda: second) == second
+    assert silicon.outcome_of("a", lambda: first) == first
+    assert silicon.outcome_of("a", lambda: second) == first
+    assert silicon.outcome_of("b", lambda: second) == second
+    monkeypatch.setattr(silicon, "fingerprint", lambda places: "other sources")
+    assert silicon.outcome_of("a", lambda: second) == second
 
 
-def test_mark__changes_with_a_source(monkeypatch, tmp_path):
+def test_fingerprint__changes_with_a_source(monkeypatch, tmp_path):
     (tmp_path / "rtl").mkdir()
     monkeypatch.setattr(silicon, "ROOT", tmp_path)
     marks = set()
     for text in ("a", "b"):
         (tmp_path / "rtl/a.sv").write_text(text)
-        silicon.mark.cache_clear()
-        marks.add(silicon.mark((tmp_path / "rtl",)))
-        marks.add(silicon.mark((tmp_path / "rtl/a.sv",)))
-    silicon.mark.cache_clear()
+        silicon.fingerprint.cache_clear()
+        marks.add(silicon.fingerprint((tmp_path / "rtl",)))
+        marks.add(silicon.fingerprint((tmp_path / "rtl/a.sv",)))
+    silicon.fingerprint.cache_clear()
     assert len(marks) == 2  # one for each text
 
 

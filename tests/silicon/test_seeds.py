@@ -10,6 +10,7 @@ import pytest
 from scripts import synth_unit
 from scripts.synth_unit import Placement, SynthesisError
 from sim.core.fpbench import campaign
+from sim.report import cache
 
 
 @pytest.fixture
@@ -33,7 +34,7 @@ def runs(monkeypatch):
             except SynthesisError as error:
                 failed(task, str(error))
             else:
-                campaign.store(task, result)
+                cache.save(task, result)
                 done(task, result)
 
     monkeypatch.setattr(synth_unit, "_run", run_tool)

@@ -9,7 +9,6 @@ comparison continues.
 from __future__ import annotations
 
 import functools
-import hashlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +19,7 @@ from asip_asm.assemble import assemble
 from asip_asm.image import Image
 from asip_asm.isa import default_isa
 from sim.core.backends import is_register
+from sim.report.cache import fingerprint
 from sim.robot.parameters import Robot
 from sim.robot.records import COUNTS, SET_POINTS
 from sim.rtl.asip_bus import register_address
@@ -60,30 +60,30 @@ class Task:
     first: int
     ticks: int
     path_ticks: int
-    mark: str
+    fingerprint: str
 
     @property
-    def key(self) -> str:
-        """Its name among the tasks of a cluster."""
-        return f"{self.configuration}-{self.program}-{self.first}-{self.ticks}-{self.mark}"
+    def name(self) -> str:
+        """Its name among all shards."""
+        part = f"{self.first}-{self.ticks}-of-{self.path_ticks}"
+        return f"{self.configuration}-{self.program}-{part}"
 
     @property
     def path(self) -> Path:
         """Where its result belongs."""
-        return BUILD / f"ticks/{self.key}.json"
+        return BUILD / f"ticks/{self.name}.json"
 
 
 def tasks_of(program_name: str, configuration: str, ticks: int) -> Iterator[Task]:
-    """Every shard of so many ticks; their mark changes with the netlist and with what runs it."""
+    """Every shard of so many ticks; their fingerprint is of the netlist and of what runs it."""
     netlist = netlist_of(configuration)
-    digest = hashlib.sha256()
+    path_file = Path(reversing_path.__code__.co_filename)
     program_file = ROOT / f"asip_asm/programs/{program_name}.s"
-    for file in (*netlist.sources, Path(__file__), HARNESS, program_file):
-        digest.update(file.read_bytes())
-    mark = digest.hexdigest()[:12]
+    files = (*netlist.sources, Path(__file__), HARNESS, program_file, path_file)
+    of = fingerprint(files)
     for first in range(0, ticks, SHARD):
         part = min(SHARD, ticks - first)
-        yield Task(configuration, program_name, first, part, ticks, mark)
+        yield Task(configuration, program_name, first, part, ticks, of)
 
 
 @functools.cache

@@ -21,6 +21,7 @@ from rich.console import Console
 from asip_asm.command import command, command_parser
 from asip_asm.project import ROOT
 from sim.core.fpbench import campaign as runner
+from sim.report import cache
 from sim.report.goals import as_json, missed, terminal_table
 from tests.upsets import area, campaign, report
 from tests.upsets.model import EFFECTS
@@ -62,7 +63,7 @@ def inject(depth: str, jobs: int, scheduler: str | None, console: Console) -> di
     for core in campaign.SHARDS[depth]:
         console.print(f"core '{core}': building the model ...")
         tasks = list(campaign.tasks_of(core, depth))
-        waiting = [task for task in tasks if runner.finished(task) is None]
+        waiting = [task for task in tasks if cache.load(task) is None]
         console.print(
             f"core '{core}': {len(tasks)} shards of {SHARD} injections, seed {SEED}; "
             f"{len(tasks) - len(waiting)} finished before"
@@ -80,7 +81,7 @@ def inject(depth: str, jobs: int, scheduler: str | None, console: Console) -> di
             console.print(f"error: {failure}", style="red")
         if failures:
             return None
-        cores[core] = report.gather([runner.finished(task) for task in tasks])
+        cores[core] = report.gather([cache.load(task) for task in tasks])
     return cores
 
 

@@ -14,9 +14,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from asip_asm.project import BUILD
-from scripts.synth_unit import _run, read_commands, units_kept
+from scripts.synth_unit import TOOLS, _run, read_commands, units_kept
 from sim.bench.motion.sizes import FLOWS
-from sim.core.fpbench.campaign import mark_of
+from sim.report.cache import Entry, fingerprint, load, save
 from sim.rtl.sources import sources_of
 
 RESULT = BUILD / "upsets/area.json"
@@ -30,14 +30,14 @@ ORDERS = (1, 2, 3, 4, 5)
 """Seeds of the orders."""
 
 
-def _mark() -> str:
-    return mark_of([*sources_of("asip"), Path(__file__)], ORDERS)
+def _entry() -> Entry:
+    return Entry(RESULT, fingerprint([*sources_of("asip"), Path(__file__), TOOLS], ORDERS))
 
 
 def measure() -> dict[str, list[int]]:
     """LUTs of each of CORES per order, cached in build. Raises SynthesisError."""
     found = {name: luts(name, parameters) for name, parameters in CORES.items()}
-    RESULT.write_text(json.dumps({"rtl": _mark(), "luts": found}) + "\n")
+    save(_entry(), found)
     return found
 
 
@@ -90,10 +90,6 @@ def in_order(netlist: Mapping, order: int) -> dict:
 
 def measured() -> dict[str, float] | None:
     """Medians of what `measure` has saved, None if that is of other RTL or missing."""
-    try:
-        kept = json.loads(RESULT.read_text())
-    except FileNotFoundError:
+    if (saved := load(_entry())) is None:
         return None
-    if kept["rtl"] != _mark():
-        return None
-    return {name: statistics.median(found) for name, found in kept["luts"].items()}
+    return {name: statistics.median(found) for name, found in saved.items()}

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import functools
-import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from asip_asm.project import BUILD
+from sim.report.cache import fingerprint
 from tests.upsets.model import EFFECTS, LATER, PROGRAM, Model, NetlistModel
 from tests.upsets.plan import KINDS, SHARD, Kind, block_of, draw, line_of
 
@@ -41,18 +41,18 @@ class Task:
     core: str
     kind: str
     shard: int
-    mark: str
+    fingerprint: str
 
     @property
     def key(self) -> str:
         """Its name among the tasks of a cluster."""
-        return f"{self.core}-{self.kind}-{self.shard}-{self.mark}"
+        return f"{self.core}-{self.kind}-{self.shard}-{self.fingerprint}"
 
     @property
     def path(self) -> Path:
         """Where its result belongs."""
         words = self.kind.replace(",", "").replace(" ", "_")
-        return STORE / f"{self.core}-{self.mark}" / f"{words}-{self.shard}.json"
+        return STORE / self.core / f"{words}-{self.shard}.json"
 
 
 @functools.cache
@@ -62,22 +62,21 @@ def model_of(core: str) -> Model:
     return kind(resilient)
 
 
-def mark_of(core: str) -> str:
+def fingerprint_of(core: str) -> str:
     """Changes with everything that a result depends on: RTL, harness, program, plan."""
-    digest = hashlib.sha256(model_of(core).build.encode() + PROGRAM.read_bytes())
-    digest.update((Path(__file__).with_name("plan.py")).read_bytes())
-    digest.update((Path(__file__).with_name("model.py")).read_bytes())
-    return digest.hexdigest()[:12]
+    here = Path(__file__)
+    files = (PROGRAM, here.with_name("plan.py"), here.with_name("model.py"))
+    return fingerprint(files, model_of(core).build)
 
 
 def tasks_of(core: str, depth: str) -> Iterator[Task]:
     """Every shard of a core, dealt to the kinds by their shares."""
-    mark = mark_of(core)
+    current = fingerprint_of(core)
     shards = SHARDS[depth][core]
     parts = {kind: max(1, round(kind.share * shards)) for kind in KINDS}
     for kind, part in ({KINDS[0]: shards} if core == NETLIST else parts).items():
         for shard in range(part):
-            yield Task(core, kind.name, shard, mark)
+            yield Task(core, kind.name, shard, current)
 
 
 def cost() -> dict[str, int]:
@@ -108,7 +107,7 @@ def memory_ticks(shards: int) -> dict[str, int]:
 def execute(task: Task) -> dict:
     """Inject one shard (in a worker): counts by block and effect, each case that is not masked."""
     model = model_of(task.core)
-    if mark_of(task.core) != task.mark:
+    if fingerprint_of(task.core) != task.fingerprint:
         raise RuntimeError("the core changed after the campaign began; start it again")
     kind: Kind = next(kind for kind in KINDS if kind.name == task.kind)
     upsets = draw(model, kind, task.shard)

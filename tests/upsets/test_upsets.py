@@ -151,7 +151,7 @@ def test_replay__line_of_a_netlist__is_the_same_upset():
 
 
 def test_tasks__of_the_netlist__are_flip_flops_at_full_depth_alone(monkeypatch):
-    monkeypatch.setattr(campaign, "mark_of", lambda core: "mark")
+    monkeypatch.setattr(campaign, "fingerprint_of", lambda core: "fingerprint")
     tasks = list(campaign.tasks_of(campaign.NETLIST, "full"))
     assert {task.kind for task in tasks} == {"flip-flops"}
     assert len(tasks) * SHARD >= report.LEAST_NETLIST

@@ -9,7 +9,6 @@ cached like a recording.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -26,6 +25,7 @@ from sim.bench.drive.response import RAMP, ahead, record
 from sim.bench.drive.sample import BEFORE, SKIP, per_tick
 from sim.laws.drive.clocks import HALF_PERIOD
 from sim.laws.drive.current_law import Setting
+from sim.report.cache import fingerprint
 from sim.robot.drives import Drives
 from sim.robot.parameters import Robot
 from sim.rtl.processes import processes
@@ -86,11 +86,10 @@ def _keep(place: Path, robot: Robot, drives: Drives, rtl: Recording, ticks: int,
 def _place(robot: Robot, drives: Drives, rtl: Recording, ticks: int, seed: int) -> Path:
     """File that keeps a draw; another for anything that changes it."""
     setting = Setting(robot.resolution, order_filter=ORDER_FILTER)
-    digest = hashlib.sha256(ChainRtl().library.parent.name.encode())
     image, record = current_program(drives, setting).image, Plant(robot, drives).record().tolist()
-    digest.update(repr((image, record, ticks, seed)).encode())
-    for part in (rtl.joints, rtl.commands, rtl.halves["position"], rtl.angles, rtl.zeros):
-        digest.update(part.tobytes())
-    for name in SOURCES:
-        digest.update(Path(__file__).with_name(name).read_bytes())
-    return BUILD / "servo" / f"draw_{seed}_{digest.hexdigest()[:16]}.npy"
+    parts = (rtl.joints, rtl.commands, rtl.halves["position"], rtl.angles, rtl.zeros)
+    replayed = [part.tobytes() for part in parts]
+    files = [Path(__file__).with_name(name) for name in SOURCES]
+    system = ChainRtl().library.parent.name
+    of = fingerprint(files, system, image, record, ticks, seed, replayed)
+    return BUILD / "servo" / f"draw_{seed}_{of}.npy"

@@ -7,7 +7,6 @@ named by a hash of the model and all that it ran on.
 
 from __future__ import annotations
 
-import hashlib
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
@@ -29,6 +28,7 @@ from sim.laws.drive.current_law import Setting
 from sim.motion.gcode.interpreter import parse_file
 from sim.motion.trajectory.exact_stop import MotionSettings, generate
 from sim.motion.trajectory.program import set_points
+from sim.report.cache import fingerprint
 from sim.robot.drives import Drives
 from sim.robot.parameters import Robot
 from sim.robot.records import SetPoints
@@ -106,13 +106,12 @@ def place_of(robot: Robot, drives: Drives, ticks: int, kind: str) -> Path:
         program(TRAJECTORY_PROGRAM, CONFIGURATIONS["trajectory"], robot),
         current_program(drives, Setting(robot.resolution, order_filter=ORDER_FILTER)).image,
     )
-    digest = hashlib.sha256(ChainRtl().library.parent.name.encode())
     path, moves = path_and_moves(robot, ticks)
     record = Plant(robot, drives).record().tolist()
-    digest.update(repr((images, record, moves, path.words().tolist())).encode())
-    for name in SOURCES:
-        digest.update(Path(__file__).with_name(name).read_bytes())
-    return BUILD / "servo" / f"recording_{kind}_{digest.hexdigest()[:16]}.npz"
+    files = [Path(__file__).with_name(name) for name in SOURCES]
+    system, words = ChainRtl().library.parent.name, path.words().tolist()
+    of = fingerprint(files, system, images, record, moves, words)
+    return BUILD / "servo" / f"recording_{kind}_{of}.npz"
 
 
 def _keep(place: Path, robot: Robot, drives: Drives, ticks: int, kind: str) -> None:

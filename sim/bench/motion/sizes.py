@@ -7,16 +7,16 @@ stored figures are of the present RTL.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from sim.core.fpbench.campaign import mark_of
+from sim.report.cache import Entry, fingerprint, load
 from sim.rtl.sources import sources_of
 
 ROOT = Path(__file__).resolve().parents[3]
 RESULTS = ROOT / "build/motion/sizes.json"
+TOOLS = ROOT / "requirements-synth.lock"
 FRONT_END_MHZ = 100
 DESIGNS: dict[str, tuple[str, dict[str, int], bool]] = {
     "pulse_generator": ("pulse_generator", {}, False),
@@ -50,11 +50,10 @@ FLOWS: dict[str, tuple[str, dict[str, int], tuple[str, ...], str]] = {
 """Yosys script, LUTs of its cells, registers, multiplier."""
 
 
-def mark() -> str:
-    """Hash of all sources and of what is set on them: results count for these only."""
-    return mark_of(
-        (file for top, *_ in DESIGNS.values() for file in sources_of(top)), DESIGNS, FLOWS
-    )
+def entry(results: Path = RESULTS) -> Entry:
+    """Where the sizes are cached: for all sources, what is set on them and the tools' versions."""
+    files = [file for top, *_ in DESIGNS.values() for file in sources_of(top)]
+    return Entry(results, fingerprint([*files, TOOLS], DESIGNS, FLOWS))
 
 
 def within(name: str, found: Mapping[str, Any]) -> bool:
@@ -71,10 +70,6 @@ def within(name: str, found: Mapping[str, Any]) -> bool:
 
 def current(results: Path = RESULTS) -> dict[str, Any]:
     """What was measured of the present sources. Raises KeyError if nothing was."""
-    try:
-        stored = json.loads(results.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise KeyError(f"no sizes in {results.name}; run microtick motion-size") from error
-    if stored.get("mark") != mark():
-        raise KeyError(f"{results.name} is of other sources; run microtick motion-size")
-    return stored["designs"]
+    if (designs := load(entry(results))) is None:
+        raise KeyError(f"{results.name} has no sizes of these sources; run microtick motion-size")
+    return designs

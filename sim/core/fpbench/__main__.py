@@ -31,6 +31,7 @@ from sim.core.fpbench.native import (
 )
 from sim.core.fpbench.quick import quick
 from sim.core.fpbench.selfcheck import selfcheck
+from sim.report import cache
 from sim.report.marks import MarksError
 from sim.rtl.build import BuildError
 
@@ -134,7 +135,7 @@ def run_campaign(arguments: argparse.Namespace) -> int:
         for part in section.parts
         for shard in part.shards()
     ]
-    open_tasks = [task for task in tasks if campaign.finished(task) is None]
+    open_tasks = [task for task in tasks if cache.load(task) is None]
     cases = sum(task.shard.count for task in open_tasks)
     console.print(
         f"campaign: {len(tasks)} shards, {len(tasks) - len(open_tasks)} finished before and "

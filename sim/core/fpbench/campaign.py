@@ -1,29 +1,27 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs shards in worker processes and keeps each finished one: a stopped campaign resumes.
+"""Runs shards in worker processes and caches each finished one: a stopped campaign resumes.
 
-A shard's result lies in `build/fpbench/shards/<unit>-<fingerprint>/<shard>.json`. The fingerprint
-covers the unit's RTL and the bench (`variants.fingerprint`): a changed unit runs again, an
-unchanged one does not.
+A shard's result is in `build/fpbench/shards/<unit>/<shard>.json` (sim/report/cache.py). Its
+fingerprint covers the unit's RTL and the bench (`variants.fingerprint`): a changed unit runs again,
+an unchanged one does not.
 """
 
 from __future__ import annotations
 
 import functools
-import hashlib
 import itertools
-import json
-import os
 import socket
 from collections.abc import Callable, Iterable
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
-from asip_asm.files import write_text
 from sim.core.fpbench.native import ROOT, BenchError, Unit
 from sim.core.fpbench.plan import Shard
 from sim.core.fpbench.variants import bench_unit, fingerprint
+from sim.report import cache
+from sim.report.cache import Cached
 from sim.rtl.processes import processes
 
 STORE = ROOT / "build/fpbench/shards"
@@ -39,17 +37,10 @@ class Task:
     path: Path
 
 
-class Stored(Protocol):
-    """What a campaign needs of a task: where its result belongs."""
-
-    @property
-    def path(self) -> Path: ...
-
-
 def task_of(shard: Shard, store: Path = STORE) -> Task:
     """The task of a shard against the RTL as it is now."""
     mark = _fingerprint(shard.unit)
-    return Task(shard, shard.unit, mark, store / f"{shard.unit}-{mark}" / f"{shard.name}.json")
+    return Task(shard, shard.unit, mark, store / shard.unit / f"{shard.name}.json")
 
 
 @functools.cache
@@ -65,14 +56,6 @@ def _unit(name: str, mark: str) -> Unit:
     return bench_unit(name)
 
 
-def finished(task: Stored) -> dict | None:
-    """The stored result, None if there is none that can be read."""
-    try:
-        return json.loads(task.path.read_text())
-    except (FileNotFoundError, json.JSONDecodeError):
-        return None
-
-
 def execute(task: Task) -> dict:
     """Run one shard (in a worker) and return what is stored."""
     shard = task.shard
@@ -82,43 +65,10 @@ def execute(task: Task) -> dict:
     )
     return {
         "unit": task.unit,
-        "fingerprint": task.fingerprint,
         "host": socket.gethostname(),
         "shard": asdict(shard),
         **report.as_json(),
     }
-
-
-def mark_of(files: Iterable[Path], *choices: object) -> str:
-    """Fingerprint of files, each once, by name and contents, and of choices."""
-    digest = hashlib.sha256(repr(choices).encode())
-    for path in sorted(set(files)):
-        if path.is_file() and path.suffix != ".pyc":
-            digest.update(os.path.relpath(path, ROOT).encode() + b"\0" + path.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-@dataclass(frozen=True)
-class Measurement:
-    """A task that needs no worker."""
-
-    path: Path
-
-
-def kept(path: Path, measure: Callable[[], dict]) -> dict:
-    """The result that is stored there, else that of `measure`, which is then stored."""
-    task = Measurement(path)
-    found = finished(task)
-    if found is None:
-        found = measure()
-        store(task, found)
-    return found
-
-
-def store(task: Stored, result: dict) -> None:
-    """Write a result so that a reader never sees half of it."""
-    task.path.parent.mkdir(parents=True, exist_ok=True)
-    write_text(task.path, json.dumps(result, indent=1) + "\n")
 
 
 def run(
@@ -131,7 +81,7 @@ def run(
 ) -> None:
     """Run tasks in `jobs` processes of this machine, or on the Dask cluster at `scheduler`.
 
-    `work` makes the result of a task (`Stored`) in a worker: here of a shard, other campaigns have
+    `work` makes the result of a task (`Cached`) in a worker: here of a shard, other campaigns have
     their own.
 
     `done` is called with each result after it is stored, `failed` with the text of what kept a task
@@ -153,7 +103,7 @@ def run(
 
 def _run_on_cluster(
     scheduler: str,
-    waiting: list[Stored],
+    waiting: list[Cached],
     done: Callable[[Any, dict], None],
     failed: Callable[[Any, str], None],
     work: Callable[[Any], dict],
@@ -175,7 +125,7 @@ def _run_on_cluster(
 def _drain(
     submit: Callable[..., Future],
     workers: int,
-    waiting: list[Stored],
+    waiting: list[Cached],
     done: Callable[[Any, dict], None],
     failed: Callable[[Any, str], None],
     work: Callable[[Any], dict],
@@ -195,6 +145,6 @@ def _drain(
             except Exception as error:
                 failed(task, str(error))
             else:
-                store(task, result)
+                cache.save(task, result)
                 done(task, result)
             owner |= {submit(work, each): each for each in itertools.islice(queue, 1)}

@@ -29,7 +29,7 @@ class Shard:
 
     @property
     def name(self) -> str:
-        """File name of its result, unique among all shards of a unit and fingerprint."""
+        """File name of its result, unique among all shards of a unit."""
         gaps = "-gaps" if self.gaps else ""
         seed = f"-s{self.seed}" if self.kind in ("random", "hard") else ""
         return f"{self.op}-{self.kind}-{self.start}-{self.count}{seed}{gaps}"

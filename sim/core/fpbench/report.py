@@ -18,6 +18,7 @@ from sim.core.fpbench.plan import SEED, Section, Shard
 from sim.core.fpbench.quick import merged_angles
 from sim.core.fpbench.selfcheck import double_error
 from sim.core.fpbench.variants import fingerprint
+from sim.report import cache
 from sim.report.marks import write_between_marks
 from sim.report.provenance import commit
 
@@ -59,7 +60,7 @@ def collect(sections: Sequence[Section]) -> dict:
             total = totals.setdefault(part.op, Total())
             for shard in part.shards():
                 units.add(shard.unit)
-                result = campaign.finished(campaign.task_of(shard))
+                result = cache.load(campaign.task_of(shard))
                 total.add(shard, result)
                 if result is None:
                     continue
