@@ -170,17 +170,22 @@ def assertion_core(core: str, owner: dict[str, str]) -> dict[str, Any]:
     for name, wanted in {"default": first, **{top: [top] for top in tops}}.items():
         need = dict.fromkeys(file for top in wanted for file in needed(top))
         sets[name] = checks([file for file in need if owner[file] == core])
-    common = set(sets["default"])
-    more = {top: [file for file in sets[top] if file not in common] for top in tops}
-    filesets: dict[str, Any] = {"default": {"files": sets["default"]}}
-    filesets |= {top: {"files": files} for top, files in more.items() if files}
+    more = {top: [file for file in sets[top] if file not in sets["default"]] for top in tops}
+    uses = Counter(file for files in more.values() for file in files)
+    several = [file for file in uses if uses[file] > 1]
+    own = {top: [file for file in files if uses[file] == 1] for top, files in more.items()}
+    parts = {"default": sets["default"], "common": several, **own}
+    filesets: dict[str, Any] = {name: {"files": files} for name, files in parts.items() if files}
     for part in filesets.values():
         part |= {
             "file_type": "systemVerilogSource",
             "depend": [vlnv(core), vlnv("rules", "assertions")],
         }
     targets = {"default": {"filesets": ["default"]}}
-    targets |= {top: {"filesets": ["default", top]} for top in more if more[top]}
+    for top, files in more.items():
+        names = ["common"] * any(file in several for file in files) + [top] * bool(own[top])
+        if names:
+            targets[top] = {"filesets": ["default", *names]}
     return {
         "name": vlnv(core, "assertions"),
         "description": f"Assertions bound to the modules of {vlnv(core)}, for simulation",
