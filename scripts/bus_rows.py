@@ -13,6 +13,7 @@ from typing import Any
 
 from asip_asm.project import BUILD, ROOT
 from scripts.motion_size import area, speed
+from sim.bench.motion.sizes import MEASURE
 from sim.bus import ethercrab_master
 from sim.bus.clocks import synchronise
 from sim.bus.coe.dictionary import load
@@ -74,12 +75,8 @@ ROBOT += [
     "asip_asm/*.toml",
 ]
 ROBOT += ["asip_asm/programs/tracking*", "sim/rtl/asip_harness.cpp"]
-SYNTHESIS = [
-    "requirements-synth.lock",
-    "scripts/motion_size.py",
-    "scripts/synth_unit.py",
-    "sim/bench/motion/sizes.py",
-]
+SYNTHESIS = [path.relative_to(ROOT).as_posix() for path in MEASURE]
+SYNTHESIS += ["sim/bench/motion/sizes.py"]  # FLOWS
 HOURS = 12 * 3600
 FULL = "microtick bus --full"
 

@@ -62,7 +62,7 @@ def test_unknown_producer__is_refused_with_those_there_are(producers, capsys):
     assert stopped.value.code == 2 and "good" in capsys.readouterr().err
 
 
-def test_long_result__is_kept_for_its_fingerprint_only(producers):
+def test_long_result__is_cached_for_its_fingerprint_only(producers):
     ran = []
 
     def work():

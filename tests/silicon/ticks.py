@@ -9,6 +9,7 @@ comparison continues.
 from __future__ import annotations
 
 import functools
+import inspect
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -77,10 +78,9 @@ class Task:
 def tasks_of(program_name: str, configuration: str, ticks: int) -> Iterator[Task]:
     """Every shard of so many ticks; their fingerprint is of the netlist and of what runs it."""
     netlist = netlist_of(configuration)
-    path_file = Path(reversing_path.__code__.co_filename)
     program_file = ROOT / f"asip_asm/programs/{program_name}.s"
-    files = (*netlist.sources, Path(__file__), HARNESS, program_file, path_file)
-    of = fingerprint(files)
+    bench = [Path(inspect.getfile(part)) for part in (AsipRtl, reversing_path)]
+    of = fingerprint([*netlist.sources, Path(__file__), HARNESS, program_file, *bench])
     for first in range(0, ticks, SHARD):
         part = min(SHARD, ticks - first)
         yield Task(configuration, program_name, first, part, ticks, of)

@@ -14,8 +14,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from asip_asm.project import BUILD
-from scripts.synth_unit import TOOLS, _run, read_commands, units_kept
-from sim.bench.motion.sizes import FLOWS
+from scripts.synth_unit import _run, read_commands, units_kept
+from sim.bench.motion.sizes import FLOWS, MEASURE
 from sim.report.cache import Entry, fingerprint, load, save
 from sim.rtl.sources import sources_of
 
@@ -31,7 +31,8 @@ ORDERS = (1, 2, 3, 4, 5)
 
 
 def _entry() -> Entry:
-    return Entry(RESULT, fingerprint([*sources_of("asip"), Path(__file__), TOOLS], ORDERS))
+    files = [*sources_of("asip"), Path(__file__), *MEASURE]
+    return Entry(RESULT, fingerprint(files, FLOWS))
 
 
 def measure() -> dict[str, list[int]]:

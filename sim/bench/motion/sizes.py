@@ -16,7 +16,11 @@ from sim.rtl.sources import sources_of
 
 ROOT = Path(__file__).resolve().parents[3]
 RESULTS = ROOT / "build/motion/sizes.json"
-TOOLS = ROOT / "requirements-synth.lock"
+MEASURE = [
+    ROOT / name
+    for name in ("requirements-synth.lock", "scripts/motion_size.py", "scripts/synth_unit.py")
+]
+"""What measures them: versions of the tools, and how they are run."""
 FRONT_END_MHZ = 100
 DESIGNS: dict[str, tuple[str, dict[str, int], bool]] = {
     "pulse_generator": ("pulse_generator", {}, False),
@@ -51,9 +55,9 @@ FLOWS: dict[str, tuple[str, dict[str, int], tuple[str, ...], str]] = {
 
 
 def entry(results: Path = RESULTS) -> Entry:
-    """Where the sizes are cached: for all sources, what is set on them and the tools' versions."""
+    """Where the sizes are cached: for all sources, what is set on them and what measures them."""
     files = [file for top, *_ in DESIGNS.values() for file in sources_of(top)]
-    return Entry(results, fingerprint([*files, TOOLS], DESIGNS, FLOWS))
+    return Entry(results, fingerprint([*files, *MEASURE], DESIGNS, FLOWS))
 
 
 def within(name: str, found: Mapping[str, Any]) -> bool:
