@@ -35,7 +35,7 @@ ECP5_BOARDS = {
     )
 }
 # Blocks of their own, which no file list of the ASIP names.
-GENERATED = ("biss", "ci", "debug", "drive", "dual", "encoder", "esc", "motion", "n2")
+GENERATED = ("absolute", "ci", "debug", "drive", "dual", "encoder", "esc", "motion", "n2")
 FOLDERS = ("bus", "custom", "debug", "drive", "dual", "ethercat", "motion", "nios")
 OTHER_BLOCKS = tuple(
     f"rtl/{folder}/{prefix}"

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sim.rtl.gen.biss_regmap import REGMAP
+from sim.rtl.gen.absolute_regmap import REGMAP
 from tests.bench.seed import SEED
 from tests.servo.clocked import Accesses, Clocked
 from tests.servo.test_biss import Answers, Encoder, Silent, with_encoder
