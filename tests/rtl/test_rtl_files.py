@@ -93,6 +93,7 @@ OTHER_LISTS = [
     ("drive/drive.f", "drive_front_end"),
     ("drive/biss_port.f", "biss_port"),
     ("drive/ssi_port.f", "ssi_port"),
+    ("drive/endat_port.f", "endat_port"),
     ("dual/dual.f", "dual_asip"),
     ("debug/debug.f", "debug_asip"),
     ("ethercat/ethercat.f", "ethercat_slave"),

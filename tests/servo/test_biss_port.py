@@ -29,13 +29,14 @@ def word(name: str, **fields: int) -> int:
 class Port(Accesses):
     """The block with accesses and pulses of `sample_i` at given clocks."""
 
-    top, ports = "biss_port", ("ma", "slo")
+    top = "biss_port"
+    ports: tuple[str, ...] = ("ma", "slo")
 
     def __init__(self, clocks: int, **parameters: int) -> None:
         super().__init__(REGMAP, clocks)
         self.sample = self.columns["sample"] = np.zeros(clocks, dtype=np.int64)
-        clock, line = self.ports
-        outputs = ("readdata", "waitrequest", clock)
+        *seen, line = self.ports
+        outputs = ("readdata", "waitrequest", *seen)
         self.block = Clocked(self.top, (*self.columns, line), outputs, parameters)
 
     def run(self, encoder: Answers) -> tuple[list[int], np.ndarray]:
