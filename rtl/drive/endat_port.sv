@@ -104,8 +104,10 @@ module endat_port #(
     end
     if (MeasureClocks < ClocksPerBit || MeasureClocks > (Width + 5) * ClocksPerBit || MeasureClocks > 32767
         || MeasureClocks % 2 != 0) begin : gen_check_measure
-      $error("endat_port: MeasureClocks=%0d, must be even, ClocksPerBit .. (Width + 5) * ClocksPerBit, below 32768",
-             MeasureClocks);
+      $error(
+          "endat_port: MeasureClocks=%0d, must be even, ClocksPerBit .. (Width + 5) * ClocksPerBit, below 32768",
+          MeasureClocks
+      );
     end
   endgenerate
 `endif
