@@ -47,6 +47,7 @@ BLOCKS = (
         "biss_master",
         "biss_port",
         "ssi_port",
+        "endat_port",
         "sinc3_timing",
         "sinc3_filter",
         "current_sense",

@@ -3,7 +3,7 @@
 
 Sources, in SystemRDL: asip_asm/regmap.rdl (ASIP), rtl/motion/regmap.rdl (motion front-end),
 rtl/dual/regmap.rdl (two processors), rtl/debug/regmap.rdl (debug block), rtl/drive/regmap.rdl
-(motor drives), rtl/drive/biss_regmap.rdl (absolute encoder), rtl/board/encoder_regmap.rdl
+(motor drives), rtl/drive/absolute_regmap.rdl (absolute encoder), rtl/board/encoder_regmap.rdl
 (incremental encoder of a board), rtl/nios/io_regmap.rdl (I/O of the Nios II systems),
 rtl/nios/debug_regmap.rdl (debug module of the Nios core). Of each: a SystemVerilog package, a C
 header by PeakRDL-cheader, Python constants, a page. With --check nothing is written; exit 1 if a
@@ -42,7 +42,11 @@ MAPS = {
     "dual": ("rtl/dual/regmap.rdl", "sim/rtl/gen/dual_regmap.py", "docs/dual_regmap.md"),
     "debug": ("rtl/debug/regmap.rdl", "sim/debug/gen/debug_regmap.py", "docs/debug_regmap.md"),
     "drive": ("rtl/drive/regmap.rdl", "sim/rtl/gen/drive_regmap.py", "docs/drive_regmap.md"),
-    "biss": ("rtl/drive/biss_regmap.rdl", "sim/rtl/gen/biss_regmap.py", "docs/biss_regmap.md"),
+    "absolute": (
+        "rtl/drive/absolute_regmap.rdl",
+        "sim/rtl/gen/absolute_regmap.py",
+        "docs/absolute_regmap.md",
+    ),
     "encoder": (
         "rtl/board/encoder_regmap.rdl",
         "sim/rtl/gen/encoder_regmap.py",

@@ -125,6 +125,11 @@ TOPS = (
         ("rtl/drive/ssi_port.f",),
         ("", "Gray=1 Alarm=1 Parity=1 Repeat=1", "Width=64 ClocksPerBit=6 Parity=2"),
     ),
+    Top(
+        "endat_port",
+        ("rtl/drive/endat_port.f",),
+        ("", "Endat22=0 StartClocks=0", "Width=48 ClocksPerBit=6 MeasureClocks=300"),
+    ),
 )
 
 

@@ -48,6 +48,7 @@ AT_WORK = {
     "drive_chain": (10, "control periods"),
     "biss_port": SCENARIOS,
     "ssi_port": SCENARIOS,
+    "endat_port": SCENARIOS,
 }
 # What an outcome depends on besides the RTL of its top. Other tests or programs give other work,
 # but the RTL and the plain Verilog that were equal stay equal.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // biss_port: one absolute encoder on BiSS-C (biss_master) as an Avalon-MM agent (absolute_registers).
-// Contract: register map docs/biss_regmap.md, 32-bit word accesses, writes one cycle, reads two. A frame
+// Contract: register map docs/absolute_regmap.md, 32-bit word accesses, writes one cycle, reads two. A frame
 // is requested by CONTROL.start or, with TRIGGER.sample, by sample_i; ma_o falls in the next clock and
 // rises, the instant of the position, ClocksPerBit / 2 clocks later. So ports with one sample_i and one
 // ClocksPerBit read at one instant. A request while a frame is on its way is dropped and flagged; one before
@@ -14,7 +14,7 @@ module biss_port #(
     input  logic        clk_i,
     input  logic        rst_ni,
     // Avalon-MM agent
-    input  logic [biss_regmap_pkg::ADDRESS_WIDTH-1:0] address_i,
+    input  logic [absolute_regmap_pkg::ADDRESS_WIDTH-1:0] address_i,
     input  logic        read_i,
     input  logic        write_i,
     input  logic [31:0] writedata_i,

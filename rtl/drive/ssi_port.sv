@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // ssi_port: one absolute encoder on SSI (ssi_master) as an Avalon-MM agent (absolute_registers).
-// Contract: register map docs/biss_regmap.md, where ID is 'SSI ', 32-bit word accesses, writes one cycle, reads two.
+// Contract: register map docs/absolute_regmap.md, where ID is 'SSI ', 32-bit word accesses, writes one cycle, reads two.
 // A frame is requested by CONTROL.start or, with TRIGGER.sample, by sample_i; clock_o falls in the next clock, the instant of
 // the position. STATUS.crc is a wrong parity or a second word that differs; without Parity and Repeat it is never set.
 // STATUS.error is the alarm bit, STATUS.warning is 0, DELAY is the encoder's monoflop time and 2 clocks. The frame ends when
@@ -17,7 +17,7 @@ module ssi_port #(
     input  logic        clk_i,
     input  logic        rst_ni,
     // Avalon-MM agent
-    input  logic [biss_regmap_pkg::ADDRESS_WIDTH-1:0] address_i,
+    input  logic [absolute_regmap_pkg::ADDRESS_WIDTH-1:0] address_i,
     input  logic        read_i,
     input  logic        write_i,
     input  logic [31:0] writedata_i,

@@ -21,7 +21,15 @@ from sim.bench.drive.averaged import MIDDLE
 from sim.bench.drive.axis.bench import Bench, BringUpError, current_program
 from sim.bench.drive.axis.campaign import campaign, goals, one_result
 from sim.bench.drive.axis.identify import identify
-from sim.bench.drive.axis.motor_file import GAIN_ERROR, KEYS, OFFSET, MotorFileError, load
+from sim.bench.drive.axis.motor_file import (
+    CHOICES,
+    FLAGS,
+    GAIN_ERROR,
+    KEYS,
+    OFFSET,
+    MotorFileError,
+    load,
+)
 from sim.bench.drive.axis.random_motors import motors
 from sim.bench.drive.axis.result import Result, bring_up
 from sim.bench.drive.axis.tuning import current_crossover, velocity_program
@@ -29,6 +37,8 @@ from sim.bench.drive.chain import OPTIONS
 from sim.laws.drive.clocks import CLOCK
 from sim.laws.drive.start_up_law import start_up_law
 from sim.laws.prove_program import prove
+from sim.rtl.gen.absolute_regmap import REGMAP
+from tests.servo.clocked import Clocked
 
 FILE = ROOT / "sim/motor.toml"
 TEXT = FILE.read_text(encoding="utf-8")
@@ -119,6 +129,7 @@ def test_crossover__makes_the_bandwidth_of_the_model():
 
 
 SSI = {"encoder": '"ssi"', "absolute_counts": "262144", "encoder_bits": "18"}
+ENDAT = SSI | {"encoder": '"endat"'}
 
 
 @pytest.mark.parametrize(
@@ -144,12 +155,12 @@ SSI = {"encoder": '"ssi"', "absolute_counts": "262144", "encoder_bits": "18"}
         ({"friction": "0.5"}, "static friction"),
         ({"current_range": "9.0"}, "axes trip at 1.3 of the rated current"),
         ({"L_q": "6e-3"}, "must be within 3 times"),
-        ({"encoder": '"endat"'}, 'encoder = \'endat\': not supported; .*"incremental": .*"biss"'),
+        ({"encoder": '"endat3"'}, 'encoder = \'endat3\': not supported; .*"biss": .*"endat": '),
         ({"encoder": '"hall"'}, "not supported; the current loop takes counts of A and B"),
         ({"encoder": "1"}, "encoder = 1: not supported"),
         (
             {"encoder_offset": "0.5"},
-            'encoder_offset: of an absolute encoder; write encoder = "biss" or "ssi"',
+            'encoder_offset: of an absolute encoder; write encoder = "biss" or "ssi" or "endat"',
         ),
         (
             {"absolute_counts": "1024"},
@@ -157,7 +168,10 @@ SSI = {"encoder": '"ssi"', "absolute_counts": "262144", "encoder_bits": "18"}
         ),
         ({"encoder": '"biss"', "absolute_counts": "400"}, "only 100 positions of an electrical"),
         ({"encoder": '"biss"', "absolute_counts": "4096.5"}, "must be a whole number, a turn"),
-        ({"encoder": '"biss"', "encoder_bits": "18"}, 'write encoder = "ssi", or remove it'),
+        (
+            {"encoder": '"biss"', "encoder_bits": "18"},
+            'write encoder = "ssi" or "endat", or remove',
+        ),
         ({"encoder": '"biss"', "encoder_gray": "true"}, 'encoder_gray: .* encoder = "ssi", or rem'),
         ({"encoder": '"ssi"'}, "encoder_bits: missing; add a line encoder_bits"),
         (SSI | {"encoder_bits": "17"}, "262144 positions of a turn need 18 bits"),
@@ -165,6 +179,23 @@ SSI = {"encoder": '"ssi"', "absolute_counts": "262144", "encoder_bits": "18"}
         (SSI | {"encoder_gray": "1"}, "encoder_gray = 1: write encoder_gray = true"),
         (SSI | {"encoder_clock": "400e3"}, "clocks a bit at .* MHz, `ssi_port` has 254; a faster"),
         (SSI | {"encoder_clock": "10e6"}, r"must be within 400000 \.\. 2e\+06 Hz"),
+        (SSI | {"encoder_alarm": '"yes"'}, "encoder_alarm = 'yes': write encoder_alarm = true"),
+        (SSI | {"encoder_repeat": "2"}, "encoder_repeat = 2: write encoder_repeat = true or"),
+        (SSI | {"encoder_parity": "true"}, 'encoder_parity = True: write encoder_parity = "none"'),
+        (SSI | {"encoder_parity": '"mark"'}, '"none" or encoder_parity = "even" or encoder_par'),
+        (SSI | {"encoder_endat22": "true"}, 'encoder_endat22: .* encoder = "endat", or remove'),
+        ({"encoder_alarm": "true"}, 'encoder_alarm: of an absolute encoder; write encoder = "ssi"'),
+        (ENDAT | {"encoder_gray": "true"}, 'encoder_gray: .* write encoder = "ssi", or remove'),
+        (ENDAT | {"encoder_alarm": "true"}, 'encoder_alarm: .* write encoder = "ssi", or remove'),
+        (ENDAT | {"encoder_repeat": "true"}, 'encoder_repeat: .* write encoder = "ssi", or remo'),
+        (ENDAT | {"encoder_parity": '"even"'}, 'encoder_parity: .* encoder = "ssi", or remove'),
+        (ENDAT | {"encoder_bits": None}, "encoder_bits: missing; add a line encoder_bits"),
+        (ENDAT | {"encoder_bits": "49"}, r"encoder_bits = 49 1 .* must be within 1 \.\. 48"),
+        (ENDAT | {"encoder_bits": "17"}, "262144 positions of a turn need 18 bits"),
+        (ENDAT | {"encoder_clock": "400e3"}, r"must be within 500000 \.\. 8e\+06 Hz"),
+        (ENDAT | {"encoder_clock": "10e6"}, r"must be within 500000 \.\. 8e\+06 Hz"),
+        (ENDAT | {"encoder_endat22": "2"}, "encoder_endat22 = 2: write encoder_endat22 = true"),
+        ({"encoder_party": '"even"'}, "encoder_party: unknown key; did you mean 'encoder_parity'"),
     ],
 )
 def test_file__wrong__names_file_line_cause_and_cure(tmp_path, keys, text):
@@ -214,25 +245,80 @@ def test_absolute_encoder__the_start_up_finds_the_offset_and_the_offset_replaces
     assert result.found.offset == pytest.approx(found.offset, abs=math.radians(0.1))
 
 
-def test_absolute_encoder__over_ssi_gives_the_offset_and_the_parameters_of_its_port(tmp_path):
-    keys = SSI | {"encoder_gray": "true", "encoder_clock": "600e3", "encoder_offset": "0.9"}
+PER_BIT = {clocks: {"ClocksPerBit": clocks} for clocks in (16, 64, 126, 210)}
+SSI_PORT = {"Width": 18, "ClocksPerBit": 126, "Gray": 0, "Alarm": 0, "Repeat": 0, "Parity": 0}
+ENDAT_PORT = {
+    **{"Width": 18, "ClocksPerBit": 64, "Endat22": 1, "StartClocks": 250},
+    **{"RecoveryClocks": 3750, "MeasureClocks": 500},
+}
+
+
+@pytest.mark.parametrize(
+    ("keys", "port"),
+    [
+        (SSI, {}),
+        (SSI | {"encoder_gray": "true"}, {"Gray": 1}),
+        (SSI | {"encoder_alarm": "true"}, {"Alarm": 1}),
+        (SSI | {"encoder_repeat": "true"}, {"Repeat": 1}),
+        (SSI | {"encoder_parity": '"none"', "encoder_gray": "false"}, {}),
+        (SSI | {"encoder_parity": '"even"'}, {"Parity": 1}),
+        (SSI | {"encoder_parity": '"odd"', "encoder_clock": "2e6"}, {"Parity": 2} | PER_BIT[64]),
+        (SSI | {"encoder_clock": "600e3"}, PER_BIT[210]),
+        (SSI | {"encoder_bits": "25"}, {"Width": 25}),
+        (ENDAT, {}),
+        (ENDAT | {"encoder_endat22": "false"}, {"Endat22": 0}),
+        (ENDAT | {"encoder_clock": "8e6"}, PER_BIT[16] | {"MeasureClocks": 368}),
+        (ENDAT | {"encoder_clock": "1e6"}, PER_BIT[126] | {"StartClocks": 0}),
+        (ENDAT | {"encoder_bits": "37"}, {"Width": 37}),
+    ],
+)
+def test_absolute_encoder__each_key_is_a_parameter_of_the_port(tmp_path, keys, port):
+    """At 125 MHz."""
     one = load(changed(tmp_path, **keys))
-    per_bit = one.port["ClocksPerBit"]
-    assert one.port == {"Width": 18, "ClocksPerBit": per_bit, "Gray": 1}
-    assert per_bit % 2 == 0 and (per_bit - 2) * CLOCK < 1 / 600e3 <= per_bit * CLOCK
+    assert one.port == (SSI_PORT if one.encoder == "ssi" else ENDAT_PORT) | port
+    assert one.port_name == f"{one.encoder}_port"
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [SSI | {"encoder_parity": '"odd"'}, ENDAT | {"encoder_clock": "8e6"}],
+    ids=["ssi", "endat"],
+)
+def test_absolute_encoder__the_port_builds_with_its_parameters(tmp_path, keys):
+    """A port refuses what it cannot do when it is built; CONFIG shows the parameters."""
+    one = load(changed(tmp_path, **keys))
+    block = Clocked(one.port_name, ("address", "read", "data"), ("readdata",), one.port)
+    found = block.run(4, address=REGMAP.address("CONFIG"), read=1)["readdata"][-1]
+    fields = REGMAP.registers["CONFIG"].fields
+    assert fields["width"].of(found) == 18
+    assert fields["bit_clocks"].of(found) == one.port["ClocksPerBit"]
+
+
+@pytest.mark.parametrize("keys", [SSI, ENDAT], ids=["ssi", "endat"])
+def test_absolute_encoder__over_a_serial_line_gives_the_offset(tmp_path, keys):
+    one = load(changed(tmp_path, **keys, encoder_offset="0.9"))
     found = identify(Bench(one, 0.9, at=0.7 * one.motor.pole))
     assert found.offset == pytest.approx(0.9, abs=math.radians(0.1))
 
 
-def test_command__an_ssi_encoder__prints_and_writes_the_parameters_of_its_port(tmp_path, capsys):
+@pytest.mark.parametrize(
+    "keys",
+    [
+        SSI | {"encoder_gray": "true", "encoder_alarm": "true", "encoder_parity": '"odd"'},
+        ENDAT | {"encoder_clock": "4e6"},
+    ],
+    ids=["ssi", "endat"],
+)
+def test_command__prints_and_writes_the_parameters_of_the_encoders_port(tmp_path, capsys, keys):
     results = tmp_path / "motor.json"
-    file = changed(tmp_path, **SSI, encoder_gray="true", encoder_offset="0.7")
+    file = changed(tmp_path, **keys, encoder_offset="0.7")
     assert main([str(file), "--results", str(results)]) == 0
-    port = json.loads(results.read_text())["encoder_port"]
-    assert port == load(file).port
+    one = load(file)
+    assert json.loads(results.read_text())["encoder_port"] == one.port
     printed = capsys.readouterr().out
-    for name, value in port.items():
+    for name, value in one.port.items():
         assert re.search(rf"{name} +{value} +parameter of", printed)
+    assert printed.count(one.port_name) == len(one.port)
 
 
 def test_absolute_encoder__of_a_linear_motor(tmp_path):
@@ -335,4 +421,4 @@ def test_page__has_the_shipped_file_and_every_key():
     (block,) = [block for block in code_blocks(page) if block.title == "my_motor.toml"]
     assert block.text == TEXT
     text = page.read_text(encoding="utf-8")
-    assert [name for name in KEYS if f"`{name}`" not in text] == []
+    assert [name for name in (*KEYS, *FLAGS, *CHOICES) if f"`{name}`" not in text] == []

@@ -35,7 +35,7 @@ ECP5_BOARDS = {
     )
 }
 # Blocks of their own, which no file list of the ASIP names.
-GENERATED = ("biss", "ci", "debug", "drive", "dual", "encoder", "esc", "motion", "n2")
+GENERATED = ("absolute", "ci", "debug", "drive", "dual", "encoder", "esc", "motion", "n2")
 FOLDERS = ("bus", "custom", "debug", "drive", "dual", "ethercat", "motion", "nios")
 OTHER_BLOCKS = tuple(
     f"rtl/{folder}/{prefix}"
@@ -93,6 +93,7 @@ OTHER_LISTS = [
     ("drive/drive.f", "drive_front_end"),
     ("drive/biss_port.f", "biss_port"),
     ("drive/ssi_port.f", "ssi_port"),
+    ("drive/endat_port.f", "endat_port"),
     ("dual/dual.f", "dual_asip"),
     ("debug/debug.f", "debug_asip"),
     ("ethercat/ethercat.f", "ethercat_slave"),

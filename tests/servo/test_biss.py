@@ -7,6 +7,7 @@ polynomial division of whole numbers.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -22,11 +23,12 @@ OUTPUTS = ("ma", "busy", "done", "position", "error", "warning", "crc_error", "l
 START = 20  # clock of the request
 
 
-def remainder(bits: list[int]) -> int:
-    """Of the bits, times x^6, modulo the polynomial."""
-    value = int("".join(map(str, bits)) + "000000", 2)
-    while value.bit_length() > 6:
-        value ^= POLYNOMIAL << (value.bit_length() - 7)
+def remainder(bits: list[int], polynomial: int = POLYNOMIAL, start: int = 0) -> int:
+    """Of the bits, times x^n, modulo the polynomial of degree n; start: of the register."""
+    degree = polynomial.bit_length() - 1
+    value = int("".join(map(str, bits)), 2) << degree ^ start << len(bits)
+    while value.bit_length() > degree:
+        value ^= polynomial << (value.bit_length() - degree - 1)
     return value
 
 
@@ -84,9 +86,11 @@ class Silent(Encoder):
 
 
 class Answers(Protocol):
-    """An encoder: its line as a function of the clock, both a level per clock at the master."""
+    """An encoder: its line as a function of what the master drives (the clock, and for EnDat the
+    data and their direction), each a level per clock at the master."""
 
-    def line(self, ma: np.ndarray) -> np.ndarray: ...
+    @property
+    def line(self) -> Callable[..., np.ndarray]: ...
 
 
 def with_encoder(
@@ -94,16 +98,16 @@ def with_encoder(
     encoder: Answers,
     frames: int,
     clocks: int,
-    ports: tuple[str, str] = ("ma", "slo"),
+    ports: tuple[str, ...] = ("ma", "slo"),
     **inputs: np.ndarray,
 ) -> dict[str, np.ndarray]:
     """Outputs of a block with the encoder at the end of its line, for so many frames at most;
-    ports: clock and line."""
-    clock, line = ports
+    ports: what the encoder sees, the clock first, and the line."""
+    *seen, line = ports
     level = np.ones(clocks, dtype=np.int64)
     for _ in range(2 * frames + 2):  # each round carries the answer further
         found = block.run(clocks, **inputs, **{line: level})
-        answer = encoder.line(found[clock])
+        answer = encoder.line(*(found[name] for name in seen))
         if (answer == level).all():
             return found
         level = answer

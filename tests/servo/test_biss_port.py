@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sim.rtl.gen.biss_regmap import REGMAP
+from sim.rtl.gen.absolute_regmap import REGMAP
 from tests.bench.seed import SEED
 from tests.servo.clocked import Accesses, Clocked
 from tests.servo.test_biss import Answers, Encoder, Silent, with_encoder
@@ -29,13 +29,14 @@ def word(name: str, **fields: int) -> int:
 class Port(Accesses):
     """The block with accesses and pulses of `sample_i` at given clocks."""
 
-    top, ports = "biss_port", ("ma", "slo")
+    top = "biss_port"
+    ports: tuple[str, ...] = ("ma", "slo")
 
     def __init__(self, clocks: int, **parameters: int) -> None:
         super().__init__(REGMAP, clocks)
         self.sample = self.columns["sample"] = np.zeros(clocks, dtype=np.int64)
-        clock, line = self.ports
-        outputs = ("readdata", "waitrequest", clock)
+        *seen, line = self.ports
+        outputs = ("readdata", "waitrequest", *seen)
         self.block = Clocked(self.top, (*self.columns, line), outputs, parameters)
 
     def run(self, encoder: Answers) -> tuple[list[int], np.ndarray]:

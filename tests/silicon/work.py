@@ -239,5 +239,6 @@ PLAIN_WORK = {
     "ethercat_nios": Work("ethercat_nios", device_ticks),
     "drive_chain": Work("drive_chain", control_periods),
     "ssi_port": Work("ssi_port", tests_only("servo/test_ssi.py", only="port__line_breaks")),
+    "endat_port": Work("endat_port", tests_only("servo/test_endat.py", only="port__frames")),
     "biss_port": Work("biss_port", tests_only("servo/test_biss_port.py", only=OWN_SIZE)),
 }

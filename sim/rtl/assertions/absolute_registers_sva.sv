@@ -46,7 +46,7 @@ endmodule
 bind absolute_registers absolute_registers_sva u_sva (.*);
 
 bind absolute_registers avalon_rules #(
-    .AddressWidth(biss_regmap_pkg::ADDRESS_WIDTH)
+    .AddressWidth(absolute_regmap_pkg::ADDRESS_WIDTH)
 ) u_avalon (
     .clk_i,
     .rst_ni,

@@ -73,7 +73,7 @@ def identified(result: Result) -> Table:
         note = "" if given else f"enter encoder_offset = {result.found.offset:.4f}"
         view.add_row("encoder_offset", f"{result.found.offset:.4f}", given, "rad", note)
     for name, value in result.one.port.items():
-        view.add_row(name, "", str(value), "", "parameter of ssi_port")
+        view.add_row(name, "", str(value), "", f"parameter of {result.one.port_name}")
     return view
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -52,14 +52,34 @@ class Key:
     encoders: tuple[str, ...] = ()
 
 
-INCREMENTAL, BISS, SSI = "incremental", "biss", "ssi"
+@dataclass(frozen=True)
+class SerialLine:
+    """What a port needs of the file: its module, limits of the clock and the clock without the key
+    [Hz], bits of a position at most."""
+
+    port: str
+    slowest: float
+    fastest: float
+    clock: float
+    bits: int
+
+
+INCREMENTAL, BISS, SSI, ENDAT = "incremental", "biss", "ssi", "endat"
 ENCODERS = {
     INCREMENTAL: "lines A and B",
     BISS: "lines A and B, and the position over BiSS-C at the start (`biss_port`)",
     SSI: "lines A and B, and the position over SSI at the start (`ssi_port`)",
+    ENDAT: "lines A and B, and the position over EnDat at the start (`endat_port`)",
 }
-ABSOLUTE = (BISS, SSI)
-SSI_CLOCK = 1e6  # Hz, without `encoder_clock`
+ABSOLUTE = (BISS, SSI, ENDAT)
+LINES = {
+    SSI: SerialLine("ssi_port", 4e5, 2e6, 1e6, 64),
+    ENDAT: SerialLine("endat_port", 5e5, 8e6, 2e6, 48),
+}
+MOST_CLOCKS = 254  # of a bit
+# EnDat: longer first low phase of clocks above 1 MHz, longest recovery time, bit that measures the
+# delay of the line [s].
+ENDAT_START, ENDAT_RECOVERY, ENDAT_MEASURE = 2e-6, 30e-6, 4e-6
 ROTARY, LINEAR = "rotary", "linear"
 KEYS = {
     "R": Key("ohm", 0.01, 100.0, "resistance of a phase: half of that between two terminals"),
@@ -85,8 +105,10 @@ KEYS = {
     "encoder_offset": Key(
         "rad", -7.0, 7.0, "electrical angle at position 0", needed=False, encoders=ABSOLUTE
     ),
-    "encoder_bits": Key("1", 1, 64, "bits of the position on the line", encoders=(SSI,)),
-    "encoder_clock": Key("Hz", 4e5, 2e6, "clock of the serial line", needed=False, encoders=(SSI,)),
+    "encoder_bits": Key("1", 1, 64, "bits of the position on the line", encoders=tuple(LINES)),
+    "encoder_clock": Key(
+        "Hz", 4e5, 8e6, "clock of the serial line", needed=False, encoders=tuple(LINES)
+    ),
     "current_bandwidth": Key("Hz", 500.0, MOST_CURRENT_BANDWIDTH, "-3 dB of the current loop"),
     "velocity_bandwidth": Key("Hz", 2.0, MOST_VELOCITY_BANDWIDTH, "-3 dB of the velocity loop"),
     "friction": Key("N m or N", 0.0, 1e4, "Coulomb friction", needed=False),
@@ -96,7 +118,15 @@ KEYS = {
     "current_range": Key("A", 0.2, 1000.0, "full scale of the current sensors", needed=False),
 }
 TEXTS = ("type", "encoder")
-FLAGS = {"encoder_gray": (SSI,)}  # true or false, and the encoders that have it
+# true or false, and the encoders that have it
+FLAGS = {
+    "encoder_gray": (SSI,),
+    "encoder_alarm": (SSI,),
+    "encoder_repeat": (SSI,),
+    "encoder_endat22": (ENDAT,),
+}
+PARITIES = ("none", "even", "odd")  # by their number, `Parity` of `ssi_port`
+CHOICES = {"encoder_parity": ((SSI,), PARITIES)}  # one of these texts
 EITHER = (("L", "L_d"), ("L", "L_q"), ("flux", "torque_constant", "force_constant"))
 
 
@@ -107,8 +137,8 @@ class OneMotor:
     inertia: kg m2 or kg; resolution: travel of a count [rad or m]; travel: free travel [rad or m],
     infinite of a rotary motor; bandwidths: of the current and velocity loops [Hz]. encoder: of
     `ENCODERS`; absolute: travel of a position over its serial line; encoder_offset: electrical
-    angle where that position is 0 [rad], None: the start-up finds it; port: parameters of
-    `ssi_port`, empty of other encoders.
+    angle where that position is 0 [rad], None: the start-up finds it; port: parameters of the port
+    of `LINES`, empty of other encoders.
     """
 
     kind: str
@@ -135,6 +165,11 @@ class OneMotor:
     @property
     def motors(self) -> tuple[Motor, ...]:
         return (self.motor,)
+
+    @property
+    def port_name(self) -> str:
+        """Module that reads the serial line with the parameters `port`; empty without them."""
+        return LINES[self.encoder].port if self.encoder in LINES else ""
 
     @property
     def units(self) -> tuple[str, str, str]:
@@ -184,15 +219,25 @@ def _checked(content: Mapping[str, Any]) -> dict[str, Any]:
             f" = {encoder!r}: not supported; the current loop takes counts of A and B. Write one "
             f"of {known_ones}",
         )
-    encoders = FLAGS | {name: key.encoders for name, key in KEYS.items() if key.encoders}
+    encoders: dict[str, tuple[str, ...]] = {**FLAGS}
+    encoders |= {name: having for name, (having, _) in CHOICES.items()}
+    encoders |= {name: key.encoders for name, key in KEYS.items() if key.encoders}
     for name, having in encoders.items():
         if name in content and encoder not in having:
             ones = " or ".join(f'"{one}"' for one in having)
             raise _Wrong(name, f": of an absolute encoder; write encoder = {ones}, or remove it")
+    if line := LINES.get(encoder):
+        known["encoder_bits"] = replace(known["encoder_bits"], high=line.bits)
+        known["encoder_clock"] = replace(
+            known["encoder_clock"], low=line.slowest, high=line.fastest
+        )
     for name, value in content.items():
+        if name in CHOICES and value not in CHOICES[name][1]:
+            ones = " or ".join(f'{name} = "{one}"' for one in CHOICES[name][1])
+            raise _Wrong(name, f" = {value!r}: write {ones}")
         if name in FLAGS and not isinstance(value, bool):
             raise _Wrong(name, f" = {value!r}: write {name} = true or {name} = false")
-        if name in TEXTS or name in FLAGS:
+        if name in TEXTS or name in FLAGS or name in CHOICES:
             continue
         if name not in known:
             raise _Wrong(name, _unknown(name, kind, known))
@@ -227,8 +272,8 @@ def _checked(content: Mapping[str, Any]) -> dict[str, Any]:
 def _unknown(name: str, kind: str, known: Mapping[str, Key]) -> str:
     if name in KEYS:
         return f": a {KINDS[kind]} has none; remove the line, or change type"
-    hint = closest(name, [*known, *FLAGS])
-    return f": unknown key; {hint or 'the keys are ' + ', '.join((*TEXTS, *FLAGS, *known))}"
+    names = (*TEXTS, *FLAGS, *CHOICES, *known)
+    return f": unknown key; {closest(name, names) or 'the keys are ' + ', '.join(names)}"
 
 
 def _made(values: Mapping[str, Any]) -> OneMotor:
@@ -276,15 +321,28 @@ def _made(values: Mapping[str, Any]) -> OneMotor:
 
 
 def _port(values: Mapping[str, Any]) -> dict[str, int]:
-    """Parameters of `ssi_port`: its clock is the fastest that does not exceed the file's."""
-    if values.get("encoder") != SSI:
+    """Parameters of the port: its clock is the fastest that does not exceed the file's."""
+    encoder = values.get("encoder", INCREMENTAL)
+    if encoder not in LINES:
         return {}
-    period = 1 / (values.get("encoder_clock", SSI_CLOCK) * CLOCK)
-    return {
-        "Width": int(values["encoder_bits"]),
-        "ClocksPerBit": 2 * math.ceil(period / 2 - 1e-9),
-        "Gray": int(values.get("encoder_gray", False)),
+    clock = values.get("encoder_clock", LINES[encoder].clock)
+    width, per_bit = int(values["encoder_bits"]), _even_clocks(1 / clock)
+    port = {"Width": width, "ClocksPerBit": per_bit}
+    if encoder == SSI:
+        flags = {"Gray": "encoder_gray", "Alarm": "encoder_alarm", "Repeat": "encoder_repeat"}
+        port |= {name: int(values.get(key, False)) for name, key in flags.items()}
+        return port | {"Parity": PARITIES.index(values.get("encoder_parity", PARITIES[0]))}
+    return port | {
+        "Endat22": int(values.get("encoder_endat22", True)),
+        "StartClocks": _even_clocks(ENDAT_START) if clock > 1e6 else 0,
+        "RecoveryClocks": _even_clocks(ENDAT_RECOVERY),
+        "MeasureClocks": min(_even_clocks(ENDAT_MEASURE), (width + 5) * per_bit),
     }
+
+
+def _even_clocks(time: float) -> int:
+    """The least even number of clocks that are not shorter than the time [s]."""
+    return 2 * math.ceil(time / CLOCK / 2 - 1e-9)
 
 
 def _travel_of(linear: bool, counts: float) -> float:
@@ -342,8 +400,9 @@ def _possible(one: OneMotor, values: Mapping[str, Any]) -> Iterator[tuple[str, b
     )
     clocks = one.port.get("ClocksPerBit", 0)
     yield (
-        *("encoder_clock", clocks > 254),
-        f" Hz: {clocks} clocks a bit at {1e-6 / CLOCK:g} MHz, `ssi_port` has 254; a faster clock",
+        *("encoder_clock", clocks > MOST_CLOCKS),
+        f" Hz: {clocks} clocks a bit at {1e-6 / CLOCK:g} MHz, "
+        f"`{one.port_name}` has {MOST_CLOCKS}; a faster clock",
     )
     span = one.travel if linear else 100 * 2 * math.pi
     yield (
