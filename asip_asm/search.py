@@ -412,6 +412,8 @@ class _Search:
         self.bound = (round_bound if looped else lower_bound)(problem)
         self.tried = 0
         self.gained = 0
+        self.justified: dict[tuple[int, ...], Found | None] = {}
+        self.costs: dict[tuple[int, ...], tuple[int, int]] = {}
 
     def run(self) -> list[int]:
         """Issue cycles of the best schedule found."""
@@ -502,8 +504,7 @@ class _Search:
         return place(self.problem, order, forward, self._least(keys, forward))
 
     def _place_again(self, keys: Sequence[int], forward: bool) -> list[int]:
-        """As `_place`, for keys that are those of `ordered_again`."""
-        self.tried += 1
+        """As `_place`, for keys that are those of `ordered_again`; not counted as tried."""
         order = ordered_again(self.problem, keys, forward)
         return place(self.problem, order, forward, self._least(keys, forward))
 
@@ -529,20 +530,35 @@ class _Search:
         """Justify to the end and back to the start, as long as that is better."""
         best = (self._cost(times), times)
         while self.tried < self.effort:
+            self.tried += 2
+            found = self._justified(best)
+            if found is None:
+                break
+            best = found
+        return best
+
+    def _justified(self, best: Found) -> Found | None:
+        """The better of both justified schedules, None if none is better. Schedules come back again
+        and again, so what became of each is noted.
+        """
+        key = tuple(best[1])
+        if key not in self.justified:
             late = self._place_again([-t for t in best[1]], False)
             early = self._place_again(late, True)
             # A longer schedule costs more, whatever its registers.
             most = best[0][0]
             near = [times for times in (late, early) if self.length(self.problem, times) <= most]
             found = min(((self._cost(times), times) for times in near), default=best)
-            if found[0] >= best[0]:
-                break
-            best = found
-        return best
+            self.justified[key] = found if found[0] < best[0] else None
+        return self.justified[key]
 
     def _cost(self, times: list[int]) -> tuple[int, int]:
         """Cycles, with a penalty for registers that do not exist; then registers in use."""
-        peaks = pressure(self.problem, times)
-        capacity = self.problem.capacity
-        excess = sum(max(0, peak - size) for peak, size in zip(peaks, capacity, strict=True))
-        return self.length(self.problem, times) + EXCESS_PENALTY * excess, sum(peaks)
+        key = tuple(times)
+        if key not in self.costs:
+            peaks = pressure(self.problem, times)
+            capacity = self.problem.capacity
+            excess = sum(max(0, peak - size) for peak, size in zip(peaks, capacity, strict=True))
+            cycles = self.length(self.problem, times)
+            self.costs[key] = cycles + EXCESS_PENALTY * excess, sum(peaks)
+        return self.costs[key]
