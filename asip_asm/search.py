@@ -59,9 +59,10 @@ class Value:
     kept: bool
 
 
-Row = tuple[list[tuple[int, int]], int, int, int, bool, int | None, tuple[str, int] | None]
+Row = tuple[list[tuple[int, int]], int, int, int, bool, bool, int | None, tuple[str, int] | None]
 """Of an operation: edges from those placed before it, number of its lane, slots of the lane, cycles
-from its issue to its write, and whether or which it takes of port, pipe and units that block."""
+from its issue to its write, whether it takes the port, whether it takes a pipe or a unit that
+blocks, and which."""
 
 
 @dataclass(frozen=True)
@@ -97,9 +98,29 @@ class Problem:
             lane = [number[name] for name in self.lane]
             slots = [self.lanes[name] for name in self.lane]
             rank = [sign * cycles for cycles in graph.latency]
-            given = (edges, lane, slots, rank, self.port, self.pipe, self.blocked)
+            fixed = [
+                pipe is not None or block is not None
+                for pipe, block in zip(self.pipe, self.blocked, strict=True)
+            ]
+            given = (edges, lane, slots, rank, self.port, fixed, self.pipe, self.blocked)
             found.append(list(zip(*given, strict=True)))
         return found[0], found[1]
+
+    @functools.cached_property
+    def spans(self) -> tuple[list[tuple[int, int, int]], list[tuple[int, int, tuple[int, ...]]]]:
+        """What `pressure` reads of each value: pool, and where the value begins and ends, as
+        operations; one more operation is the start, the next one the end. Those that have not just
+        one end have their readers.
+        """
+        start = len(self.lane)
+        between, among = [], []
+        for value in self.values:
+            first = start if value.definition is None else value.definition
+            if value.kept or len(value.readers) == 1:
+                between.append((value.pool, first, start + 1 if value.kept else value.readers[0]))
+            else:
+                among.append((value.pool, first, value.readers))
+        return between, among
 
     @functools.cached_property
     def loose(self) -> list[tuple[int, int]]:
@@ -286,7 +307,7 @@ def place(
     }
     times = [0] * len(order)
     for i in order:
-        edges, home, slots, rank, takes_port, pipe, block = rows[i]
+        edges, home, slots, rank, takes_port, takes_more, pipe, block = rows[i]
         u = least[i] if least else 0 if forward else 1 - rank
         for j, distance in edges:
             v = times[j] + distance
@@ -294,8 +315,9 @@ def place(
                 u = v
         jump = skip[home]
         if u in jump:
-            u = _first_free(jump, u)
-        if takes_port or pipe is not None or block is not None:
+            v = jump[u]
+            u = _first_free(jump, u) if v in jump else v
+        if takes_more:
             while True:
                 if takes_port and u + rank in writes:
                     u = _first_free(writes, u + rank) - rank
@@ -315,6 +337,14 @@ def place(
                 unit, interval = block
                 taken = range(u - interval + 1, u + interval)
                 busy[unit].update(dict.fromkeys(taken, u + interval))
+        elif takes_port:
+            v = u + rank
+            while v in writes:
+                u = _first_free(writes, v) - rank
+                if u in jump:
+                    u = _first_free(jump, u)
+                v = u + rank
+            writes[v] = v + 1
         times[i] = u
         if slots == 1:
             jump[u] = u + 1
@@ -331,11 +361,12 @@ def place(
 
 def _first_free(busy: dict[int, int], cycle: int) -> int:
     """First cycle from `cycle` on that is not in `busy`, which maps cycles to later ones."""
-    end = cycle
-    while end in busy:
-        end = busy[end]
-    while cycle in busy:
-        busy[cycle], cycle = end, busy[cycle]
+    end = busy.get(cycle, cycle)
+    after = busy.get(end)
+    while after is not None:
+        busy[cycle] = after
+        cycle, end = end, after
+        after = busy.get(end)
     return end
 
 
@@ -343,17 +374,16 @@ def pressure(problem: Problem, times: Sequence[int]) -> list[int]:
     """Largest number of registers in use at once, by pool."""
     end = max(times, default=0) + 1
     steps = [[0] * (end + 2) for _ in problem.capacity]
-    for value in problem.values:
-        step, readers = steps[value.pool], value.readers
-        begin = 0 if value.definition is None else times[value.definition]
-        if value.kept:
-            last = end
-        elif len(readers) == 1:
-            last = times[readers[0]]
-        else:
-            last = max([times[i] for i in readers], default=begin + 1)
+    cycles = [*times, 0, end]
+    between, among = problem.spans
+    for pool, first, last in between:
+        step = steps[pool]
+        step[cycles[first]] += 1
+        step[cycles[last]] -= 1
+    for pool, first, readers in among:
+        step, begin = steps[pool], cycles[first]
         step[begin] += 1
-        step[last] -= 1
+        step[max(map(cycles.__getitem__, readers), default=begin + 1)] -= 1
     return [max(itertools.accumulate(step)) for step in steps]
 
 
@@ -479,8 +509,13 @@ class _Search:
         end = max(inner)
         first = rng.uniform(0, end)
         last = first + rng.uniform(*WINDOWS) * end
+        before, after = first - 1, last + 1
         keys = [
-            a if first <= a <= last else min(b, first - 1) if a < first else max(b, last + 1)
+            a
+            if first <= a <= last
+            else (b if b <= before else before)
+            if a < first
+            else (b if b >= after else after)
             for a, b in zip(inner, outer, strict=True)
         ]
         if rng.random() < PERTURBED:
@@ -519,11 +554,15 @@ class _Search:
             end = max(keys, default=0) + 1
             found = [0] * len(keys)
             for i, j, distance in problem.around:
-                found[j] = max(found[j], int(distance - (end - keys[i])))
+                cycle = int(distance - (end - keys[i]))
+                if cycle > found[j]:
+                    found[j] = cycle
         else:
             found = [1] * len(keys)
             for i, j, distance in problem.around:
-                found[i] = max(found[i], int(distance + keys[j]))  # keys are negative times
+                cycle = int(distance + keys[j])  # keys are negative times
+                if cycle > found[i]:
+                    found[i] = cycle
         return found
 
     def _improve(self, times: list[int]) -> Found:
