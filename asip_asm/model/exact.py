@@ -86,6 +86,7 @@ OPERATIONS: dict[str, Callable[..., Any]] = {
 }
 
 
+FLOAT, INTEGER, BITS = KINDS = [np.dtype(kind) for kind in (np.float32, np.int32, np.uint32)]
 TO_INT = ("iadd", "isub", "f2i", "f2it")
 PART = 1 << 16  # values that are computed at once, so that the doubles of `fma` stay in the cache
 
@@ -106,23 +107,22 @@ def evaluate(graph: Graph, values: Mapping[str, Array], sine: Sine) -> dict[int,
         "fcos": lambda a: of_unit(a, True),
     }
     order = _order(graph)
-    size = len(next(iter(values.values())))
-    bits = np.empty((len(order.used), size), np.uint32)
-    kinds: dict[int, np.dtype[Any]] = dict.fromkeys(order.used, np.dtype(np.float32))
+    count = len(next(iter(values.values())))
+    bits = np.empty((len(order.used), count), np.uint32)
+    views = {kind: bits.view(kind) for kind in KINDS}
+    kinds: dict[int, np.dtype[Any]] = dict.fromkeys(order.used, FLOAT)
     for row, i in enumerate(order.leaves):
-        leaf = _leaf(graph.nodes[i], values, size)
+        leaf = _leaf(graph.nodes[i], values, count)
         bits[row], kinds[i] = leaf.view(np.uint32), leaf.dtype
     for i in order.typed:
         kinds[i] = _kind(graph.nodes[i], kinds)
-    most = max(1, PART // max(1, size))
+    most = max(1, PART // max(1, count))
     with np.errstate(all="ignore"):
-        for op, first, args in order.groups:
-            for begin in range(0, len(args[0]), most):
-                part = [rows[begin : begin + most] for rows in args]
-                words = [_typed(op, k, bits[rows]) for k, rows in enumerate(part)]
-                to = slice(first + begin, first + begin + len(part[0]))
-                bits[to] = operations[op](*words).view(np.uint32)
-    views = {kind: bits.view(kind) for kind in set(kinds.values())}
+        for op, first, size, args in order.groups:
+            for begin in range(0, size, most):
+                end = min(size, begin + most)
+                words = [views[kind][rows[begin:end]] for kind, rows in args]
+                bits[first + begin : first + end] = operations[op](*words).view(np.uint32)
     return {i: views[kinds[i]][row] for i, row in order.used.items()}
 
 
@@ -137,7 +137,8 @@ class _Order:
     used: dict[int, int]  # node: its row, nodes as in the graph
     leaves: list[int]  # by row
     typed: list[int]  # operations that may give something else than binary32, as in the graph
-    groups: list[tuple[str, int, list[NDArray[np.intp]]]]  # operation, first row, rows of operands
+    groups: list[tuple[str, int, int, list[tuple[np.dtype[Any], NDArray[np.intp]]]]]
+    """Operation, first row and number of rows, and of each operand its type and its rows."""
 
 
 _orders: WeakKeyDictionary[Graph, _Order] = WeakKeyDictionary()
@@ -173,9 +174,10 @@ def _ordered(graph: Graph) -> _Order:
             (
                 nodes[group[0]].op,
                 row[group[0]],
+                len(group),
                 [
-                    np.array([row[arg] for arg in args])
-                    for args in zip(*(nodes[i].args for i in group), strict=True)
+                    (_read(nodes[group[0]].op, k), np.array([row[arg] for arg in args]))
+                    for k, args in enumerate(zip(*(nodes[i].args for i in group), strict=True))
                 ],
             )
             for group in members
@@ -187,15 +189,15 @@ def _kind(node: Node, kinds: Mapping[int, np.dtype[Any]]) -> np.dtype[Any]:
     """Type of what an operation gives: a choice that of both its words, bits if they differ."""
     if node.op.startswith("sel"):
         first, second = (kinds[arg] for arg in node.args[1:])
-        return first if first == second else np.dtype(np.uint32)
-    return np.dtype(np.int32 if node.op in TO_INT else np.float32)
+        return first if first == second else BITS
+    return INTEGER if node.op in TO_INT else FLOAT
 
 
-def _typed(op: str, position: int, bits: NDArray[np.uint32]) -> Array:
+def _read(op: str, position: int) -> np.dtype[Any]:
     """Words as the operation reads them: choices are of bits."""
     if op in ("iadd", "isub", "i2f"):
-        return bits.view(np.int32)
-    return bits if op.startswith("sel") and position > 0 else bits.view(np.float32)
+        return INTEGER
+    return BITS if op.startswith("sel") and position > 0 else FLOAT
 
 
 def _leaf(node: Node, values: Mapping[str, Array], size: int) -> Array:
