@@ -59,9 +59,10 @@ class Value:
     kept: bool
 
 
-Row = tuple[list[tuple[int, int]], int, int, int, bool, int | None, tuple[str, int] | None]
+Row = tuple[list[tuple[int, int]], int, int, int, bool, bool, int | None, tuple[str, int] | None]
 """Of an operation: edges from those placed before it, number of its lane, slots of the lane, cycles
-from its issue to its write, and whether or which it takes of port, pipe and units that block."""
+from its issue to its write, whether it takes the port, whether it takes a pipe or a unit that
+blocks, and which."""
 
 
 @dataclass(frozen=True)
@@ -97,9 +98,29 @@ class Problem:
             lane = [number[name] for name in self.lane]
             slots = [self.lanes[name] for name in self.lane]
             rank = [sign * cycles for cycles in graph.latency]
-            given = (edges, lane, slots, rank, self.port, self.pipe, self.blocked)
+            fixed = [
+                pipe is not None or block is not None
+                for pipe, block in zip(self.pipe, self.blocked, strict=True)
+            ]
+            given = (edges, lane, slots, rank, self.port, fixed, self.pipe, self.blocked)
             found.append(list(zip(*given, strict=True)))
         return found[0], found[1]
+
+    @functools.cached_property
+    def spans(self) -> tuple[list[tuple[int, int, int]], list[tuple[int, int, tuple[int, ...]]]]:
+        """What `pressure` reads of each value: pool, and where the value begins and ends, as
+        operations; one more operation is the start, the next one the end. Those that have not just
+        one end have their readers.
+        """
+        start = len(self.lane)
+        between, among = [], []
+        for value in self.values:
+            first = start if value.definition is None else value.definition
+            if value.kept or len(value.readers) == 1:
+                between.append((value.pool, first, start + 1 if value.kept else value.readers[0]))
+            else:
+                among.append((value.pool, first, value.readers))
+        return between, among
 
     @functools.cached_property
     def loose(self) -> list[tuple[int, int]]:
@@ -286,7 +307,7 @@ def place(
     }
     times = [0] * len(order)
     for i in order:
-        edges, home, slots, rank, takes_port, pipe, block = rows[i]
+        edges, home, slots, rank, takes_port, takes_more, pipe, block = rows[i]
         u = least[i] if least else 0 if forward else 1 - rank
         for j, distance in edges:
             v = times[j] + distance
@@ -294,8 +315,9 @@ def place(
                 u = v
         jump = skip[home]
         if u in jump:
-            u = _first_free(jump, u)
-        if takes_port or pipe is not None or block is not None:
+            v = jump[u]
+            u = _first_free(jump, u) if v in jump else v
+        if takes_more:
             while True:
                 if takes_port and u + rank in writes:
                     u = _first_free(writes, u + rank) - rank
@@ -315,6 +337,14 @@ def place(
                 unit, interval = block
                 taken = range(u - interval + 1, u + interval)
                 busy[unit].update(dict.fromkeys(taken, u + interval))
+        elif takes_port:
+            v = u + rank
+            while v in writes:
+                u = _first_free(writes, v) - rank
+                if u in jump:
+                    u = _first_free(jump, u)
+                v = u + rank
+            writes[v] = v + 1
         times[i] = u
         if slots == 1:
             jump[u] = u + 1
@@ -331,11 +361,12 @@ def place(
 
 def _first_free(busy: dict[int, int], cycle: int) -> int:
     """First cycle from `cycle` on that is not in `busy`, which maps cycles to later ones."""
-    end = cycle
-    while end in busy:
-        end = busy[end]
-    while cycle in busy:
-        busy[cycle], cycle = end, busy[cycle]
+    end = busy.get(cycle, cycle)
+    after = busy.get(end)
+    while after is not None:
+        busy[cycle] = after
+        cycle, end = end, after
+        after = busy.get(end)
     return end
 
 
@@ -343,17 +374,16 @@ def pressure(problem: Problem, times: Sequence[int]) -> list[int]:
     """Largest number of registers in use at once, by pool."""
     end = max(times, default=0) + 1
     steps = [[0] * (end + 2) for _ in problem.capacity]
-    for value in problem.values:
-        step, readers = steps[value.pool], value.readers
-        begin = 0 if value.definition is None else times[value.definition]
-        if value.kept:
-            last = end
-        elif len(readers) == 1:
-            last = times[readers[0]]
-        else:
-            last = max([times[i] for i in readers], default=begin + 1)
+    cycles = [*times, 0, end]
+    between, among = problem.spans
+    for pool, first, last in between:
+        step = steps[pool]
+        step[cycles[first]] += 1
+        step[cycles[last]] -= 1
+    for pool, first, readers in among:
+        step, begin = steps[pool], cycles[first]
         step[begin] += 1
-        step[last] -= 1
+        step[max(map(cycles.__getitem__, readers), default=begin + 1)] -= 1
     return [max(itertools.accumulate(step)) for step in steps]
 
 
@@ -412,6 +442,8 @@ class _Search:
         self.bound = (round_bound if looped else lower_bound)(problem)
         self.tried = 0
         self.gained = 0
+        self.justified: dict[tuple[int, ...], Found | None] = {}
+        self.costs: dict[tuple[int, ...], tuple[int, int]] = {}
 
     def run(self) -> list[int]:
         """Issue cycles of the best schedule found."""
@@ -477,8 +509,13 @@ class _Search:
         end = max(inner)
         first = rng.uniform(0, end)
         last = first + rng.uniform(*WINDOWS) * end
+        before, after = first - 1, last + 1
         keys = [
-            a if first <= a <= last else min(b, first - 1) if a < first else max(b, last + 1)
+            a
+            if first <= a <= last
+            else (b if b <= before else before)
+            if a < first
+            else (b if b >= after else after)
             for a, b in zip(inner, outer, strict=True)
         ]
         if rng.random() < PERTURBED:
@@ -502,8 +539,7 @@ class _Search:
         return place(self.problem, order, forward, self._least(keys, forward))
 
     def _place_again(self, keys: Sequence[int], forward: bool) -> list[int]:
-        """As `_place`, for keys that are those of `ordered_again`."""
-        self.tried += 1
+        """As `_place`, for keys that are those of `ordered_again`; not counted as tried."""
         order = ordered_again(self.problem, keys, forward)
         return place(self.problem, order, forward, self._least(keys, forward))
 
@@ -518,31 +554,50 @@ class _Search:
             end = max(keys, default=0) + 1
             found = [0] * len(keys)
             for i, j, distance in problem.around:
-                found[j] = max(found[j], int(distance - (end - keys[i])))
+                cycle = int(distance - (end - keys[i]))
+                if cycle > found[j]:
+                    found[j] = cycle
         else:
             found = [1] * len(keys)
             for i, j, distance in problem.around:
-                found[i] = max(found[i], int(distance + keys[j]))  # keys are negative times
+                cycle = int(distance + keys[j])  # keys are negative times
+                if cycle > found[i]:
+                    found[i] = cycle
         return found
 
     def _improve(self, times: list[int]) -> Found:
         """Justify to the end and back to the start, as long as that is better."""
         best = (self._cost(times), times)
         while self.tried < self.effort:
+            self.tried += 2
+            found = self._justified(best)
+            if found is None:
+                break
+            best = found
+        return best
+
+    def _justified(self, best: Found) -> Found | None:
+        """The better of both justified schedules, None if none is better. Schedules come back again
+        and again, so what became of each is noted.
+        """
+        key = tuple(best[1])
+        if key not in self.justified:
             late = self._place_again([-t for t in best[1]], False)
             early = self._place_again(late, True)
             # A longer schedule costs more, whatever its registers.
             most = best[0][0]
             near = [times for times in (late, early) if self.length(self.problem, times) <= most]
             found = min(((self._cost(times), times) for times in near), default=best)
-            if found[0] >= best[0]:
-                break
-            best = found
-        return best
+            self.justified[key] = found if found[0] < best[0] else None
+        return self.justified[key]
 
     def _cost(self, times: list[int]) -> tuple[int, int]:
         """Cycles, with a penalty for registers that do not exist; then registers in use."""
-        peaks = pressure(self.problem, times)
-        capacity = self.problem.capacity
-        excess = sum(max(0, peak - size) for peak, size in zip(peaks, capacity, strict=True))
-        return self.length(self.problem, times) + EXCESS_PENALTY * excess, sum(peaks)
+        key = tuple(times)
+        if key not in self.costs:
+            peaks = pressure(self.problem, times)
+            capacity = self.problem.capacity
+            excess = sum(max(0, peak - size) for peak, size in zip(peaks, capacity, strict=True))
+            cycles = self.length(self.problem, times)
+            self.costs[key] = cycles + EXCESS_PENALTY * excess, sum(peaks)
+        return self.costs[key]

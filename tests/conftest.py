@@ -18,11 +18,12 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
+from asip_asm import schedule
 from asip_asm.command import cause_of
 from asip_asm.project import BUILD
 from sim.robot.parameters import Robot
 from sim.rtl import build, coverage, wave_layout, waves
-from tests.bench import needs
+from tests.bench import needs, schedules
 
 MOST_FILES = 40  # of counts, before they are merged
 
@@ -38,6 +39,7 @@ build.assertions = True
 build.optimisation = os.environ["MODEL_OPTIMISATION"] = (
     "-O1"  # of commands in their own process too
 )
+schedule.search = schedules.found
 
 
 @pytest.fixture(scope="session")

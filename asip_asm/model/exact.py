@@ -10,7 +10,9 @@ given, since the core's are not correctly rounded.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,6 +86,7 @@ OPERATIONS: dict[str, Callable[..., Any]] = {
 }
 
 
+FLOAT, INTEGER, BITS = KINDS = [np.dtype(kind) for kind in (np.float32, np.int32, np.uint32)]
 TO_INT = ("iadd", "isub", "f2i", "f2it")
 PART = 1 << 16  # values that are computed at once, so that the doubles of `fma` stay in the cache
 
@@ -103,48 +106,98 @@ def evaluate(graph: Graph, values: Mapping[str, Array], sine: Sine) -> dict[int,
         "fsin": lambda a: of_unit(a, False),
         "fcos": lambda a: of_unit(a, True),
     }
-    size = len(next(iter(values.values())))
-    used = list(graph.used())
-    row = {i: n for n, i in enumerate(used)}
-    bits = np.empty((len(used), size), np.uint32)
-    kinds: dict[int, np.dtype[Any]] = {}
+    order = _order(graph)
+    count = len(next(iter(values.values())))
+    bits = np.empty((len(order.used), count), np.uint32)
+    views = {kind: bits.view(kind) for kind in KINDS}
+    kinds: dict[int, np.dtype[Any]] = dict.fromkeys(order.used, FLOAT)
+    for row, i in enumerate(order.leaves):
+        leaf = _leaf(graph.nodes[i], values, count)
+        bits[row], kinds[i] = leaf.view(np.uint32), leaf.dtype
+    for i in order.typed:
+        kinds[i] = _kind(graph.nodes[i], kinds)
+    most = max(1, PART // max(1, count))
+    with np.errstate(all="ignore"):
+        for op, first, size, args in order.groups:
+            for begin in range(0, size, most):
+                end = min(size, begin + most)
+                words = [views[kind][rows[begin:end]] for kind, rows in args]
+                bits[first + begin : first + end] = operations[op](*words).view(np.uint32)
+    return {i: views[kinds[i]][row] for i, row in order.used.items()}
+
+
+@dataclass(frozen=True)
+class _Order:
+    """Rows of the values of a graph, which has these nodes and roots: leaves first, then groups of
+    operations of a kind that wait for no later one.
+    """
+
+    nodes: list[Node]
+    roots: list[int]
+    used: dict[int, int]  # node: its row, nodes as in the graph
+    leaves: list[int]  # by row
+    typed: list[int]  # operations that may give something else than binary32, as in the graph
+    groups: list[tuple[str, int, int, list[tuple[np.dtype[Any], NDArray[np.intp]]]]]
+    """Operation, first row and number of rows, and of each operand its type and its rows."""
+
+
+_orders: WeakKeyDictionary[Graph, _Order] = WeakKeyDictionary()
+
+
+def _order(graph: Graph) -> _Order:
+    """Computed once for a graph that stays as it is: a law is interpreted tick by tick."""
+    found = _orders.get(graph)
+    if found is None or found.nodes != graph.nodes or found.roots != graph.roots():
+        found = _orders[graph] = _ordered(graph)
+    return found
+
+
+def _ordered(graph: Graph) -> _Order:
+    used, nodes = list(graph.used()), graph.nodes
     levels: dict[int, int] = {}
     groups: dict[tuple[int, str], list[int]] = {}
     for i in used:
-        node = graph.nodes[i]
-        if node.args:
-            levels[i] = 1 + max(levels[arg] for arg in node.args)
-            groups.setdefault((levels[i], node.op), []).append(i)
-            kinds[i] = _kind(node, kinds)
-        else:
-            levels[i], leaf = 0, _leaf(node, values, size)
-            bits[row[i]], kinds[i] = leaf.view(np.uint32), leaf.dtype
-    most = max(1, PART // max(1, size))
-    with np.errstate(all="ignore"):
-        for (_, op), group in sorted(groups.items()):
-            for first in range(0, len(group), most):
-                part = group[first : first + most]
-                rows = [[row[arg] for arg in graph.nodes[i].args] for i in part]
-                args = [
-                    _typed(op, k, bits[list(at)]) for k, at in enumerate(zip(*rows, strict=True))
-                ]
-                bits[[row[i] for i in part]] = operations[op](*args).view(np.uint32)
-    return {i: bits[row[i]].view(kinds[i]) for i in used}
+        args = nodes[i].args
+        levels[i] = 1 + max(levels[arg] for arg in args) if args else 0
+        if args:
+            groups.setdefault((levels[i], nodes[i].op), []).append(i)
+    leaves = [i for i in used if not nodes[i].args]
+    members = [group for _, group in sorted(groups.items())]
+    row = {i: n for n, i in enumerate([*leaves, *(i for group in members for i in group)])}
+    return _Order(
+        nodes=list(nodes),
+        roots=graph.roots(),
+        used={i: row[i] for i in used},
+        leaves=leaves,
+        typed=[i for i in used if nodes[i].op in TO_INT or nodes[i].op.startswith("sel")],
+        groups=[
+            (
+                nodes[group[0]].op,
+                row[group[0]],
+                len(group),
+                [
+                    (_read(nodes[group[0]].op, k), np.array([row[arg] for arg in args]))
+                    for k, args in enumerate(zip(*(nodes[i].args for i in group), strict=True))
+                ],
+            )
+            for group in members
+        ],
+    )
 
 
 def _kind(node: Node, kinds: Mapping[int, np.dtype[Any]]) -> np.dtype[Any]:
     """Type of what an operation gives: a choice that of both its words, bits if they differ."""
     if node.op.startswith("sel"):
         first, second = (kinds[arg] for arg in node.args[1:])
-        return first if first == second else np.dtype(np.uint32)
-    return np.dtype(np.int32 if node.op in TO_INT else np.float32)
+        return first if first == second else BITS
+    return INTEGER if node.op in TO_INT else FLOAT
 
 
-def _typed(op: str, position: int, bits: NDArray[np.uint32]) -> Array:
+def _read(op: str, position: int) -> np.dtype[Any]:
     """Words as the operation reads them: choices are of bits."""
     if op in ("iadd", "isub", "i2f"):
-        return bits.view(np.int32)
-    return bits if op.startswith("sel") and position > 0 else bits.view(np.float32)
+        return INTEGER
+    return BITS if op.startswith("sel") and position > 0 else FLOAT
 
 
 def _leaf(node: Node, values: Mapping[str, Array], size: int) -> Array:

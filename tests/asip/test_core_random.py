@@ -8,11 +8,12 @@ registers and any words, so that hazards and special values are frequent.
 from __future__ import annotations
 
 import random
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import pytest
 
 from asip_asm.isa import STREAM_PINS
+from sim.core.iss import Iss
 from tests.asip import core_bench as bench
 from tests.asip.core_bench import CORNERS, ISA
 from tests.bench.seed import SEED
@@ -276,3 +277,32 @@ def test_random_programs__many__words_flags_outputs_and_cycles_of_the_model(conf
     print(f"SEED={SEED}")
     for number in range(1000, 1800):
         check(configuration, "straight" if number % 2 else "branching", number)
+
+
+UNTRACED = [("fast", "straight"), ("fast", "branching"), ("small", "branching")]
+UNTRACED += [("stream", "loops"), ("wide", "straight"), ("wide", "loops")]
+
+
+@pytest.mark.parametrize(("configuration", "kind"), UNTRACED)
+def test_model_without_trace__compiles_its_bundles__does_what_the_traced_one_does(
+    configuration, kind
+):
+    """The traced model, which never compiles a bundle, is the one that the core is compared with.
+    Bundles are compiled when they run again.
+    """
+    registers = [f"{bank}{i}" for bank in "abc" for i in range(64)]
+    places = [*registers, *(f"d{i}" for i in range(DATA_WORDS))]
+    lanes = range(1, 1 + ISA.configurations[configuration].lanes)
+    places += [f"{place}.{lane}" for place in registers for lane in lanes]
+    print(f"SEED={SEED}")
+    for number in range(4):
+        rng = random.Random(f"{SEED} {configuration} {kind} {number}")
+        program = bench.assembled(Writer(configuration, rng, kind).text())
+        traced, untraced = (Iss(program, trace=trace) for trace in (True, False))
+        for run in range(4):
+            wanted, got = replace(traced.run(), writes={}), untraced.run()
+            where = f"SEED={SEED}, {configuration} {kind} program {number}, run {run}"
+            assert got == wanted, where
+            words = [[iss.read_place(place) for place in places] for iss in (traced, untraced)]
+            assert words[0] == words[1], where
+            assert traced.stream_places == untraced.stream_places, where

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
@@ -13,6 +14,7 @@ from asip_asm.model.bound import bounds
 from asip_asm.model.certificate import certify
 from asip_asm.model.compiler import compile_law
 from asip_asm.model.exact import evaluate
+from asip_asm.model.graph import Graph
 from asip_asm.model.law import before
 from asip_asm.model.program import build
 from asip_asm.model.read import ModelError
@@ -197,3 +199,27 @@ def test_random_inputs_of_the_box_are_within_the_bounds():
     errors = largest_errors(compiled, certificate, 4000, 1)
     for name, bound in certificate.bounds.items():
         assert 0 < errors[name] <= bound.bound
+
+
+def test_interpreter__the_graph_has_changed__computes_the_new_one():
+    """The order of a graph is noted: each change must be seen."""
+    graph = Graph()
+    x, two = graph.add("input", value="x"), graph.const(2.0)
+    graph.outputs["y"], other = graph.add("fmul", x, two), graph.add("fneg", x)
+    given = {"x": np.array([3.0, -1.5], np.float32)}
+
+    def found() -> list[float]:
+        return evaluate(graph, given, no_sine)[graph.outputs["y"]].tolist()
+
+    def no_sine(angles, cosine):
+        raise AssertionError("no sine in this graph")
+
+    assert found() == found() == [6.0, -3.0]
+    graph.nodes[graph.outputs["y"]] = replace(graph.nodes[graph.outputs["y"]], op="fadd")
+    assert found() == [5.0, 0.5]
+    graph.nodes[two] = replace(graph.nodes[two], value=4.0)
+    assert found() == [7.0, 2.5]
+    graph.outputs["y"] = graph.add("fsub", graph.outputs["y"], x)
+    assert found() == [4.0, 4.0]
+    graph.outputs["y"] = other
+    assert found() == [-3.0, 1.5]

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.table import Table
 
-from sim.bench.run import figures, plots
+from sim.bench.run import figures
 from sim.bench.run.checks import timing_of_programs
 from sim.core.closed_loop import SETTLED_S, Recording
 from sim.report import provenance
@@ -55,6 +55,8 @@ def write(out: Path, shown: Shown) -> None:
     """Write out/index.html, and the pictures path.png, tracking_errors.png and forces.png."""
     first = next(iter(shown.recordings.values()), None)
     if first is not None:
+        from sim.bench.run import plots  # here: Matplotlib is half a second of every command
+
         plots.tool_path(shown.robot, shown.path, first, shown.drawing, out / "path.png")
         plots.errors(shown.robot, shown.desired, first, out / "tracking_errors.png")
         plots.forces(shown.robot, first, out / "forces.png")

@@ -10,9 +10,11 @@ read as their safe values. The watchdog counts executed bundles, which is less t
 
 from __future__ import annotations
 
+import functools
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from types import CodeType
 from typing import Any
 
 from asip_asm.image import Image
@@ -64,9 +66,11 @@ class RunFault(Exception):
 class _Step:
     """A decoded bundle: values to compute, then where they go, then where the run goes on.
 
-    `quick` does all of a bundle that only computes registers, None for any other and for tracing.
+    `quick` does all of a bundle but to find the next one. It is compiled when the bundle runs
+    again; None before, with outputs, at a branch or the end, and for tracing.
     """
 
+    operations: list[Decoded]
     compute: list[Callable[[], Any]]
     destinations: list[int]  # operand codes, aligned with compute
     outputs: list[tuple[Callable[[], Word], int]]
@@ -79,7 +83,28 @@ class _Step:
     ends: tuple[int, ...]  # levels of loops marked, from inside
     lanes: list[Callable[[], None]]  # compute what vectors write in further lanes
     counts: Counter[str]
+    straight: bool = False  # neither loop nor mark
+    compiles: bool = False
+    met: bool = False
     quick: Callable[[], None] | None = None
+
+
+def _vectors(op: Decoded) -> list[bool]:
+    """Which operands of a vector operation are vectors."""
+    assert op.dst is not None
+    own = op.dst // isa.BANK_WORDS
+    return [
+        (code // isa.BANK_WORDS == own and (i == 2 or op.mnemonic in isa.EVERY))
+        or (i == 2 and code == 0)
+        or (i == 0 and code >= isa.S_BASE)
+        for i, code in enumerate(op.sources)
+    ]
+
+
+@functools.lru_cache(maxsize=1 << 12)
+def _code(text: str) -> CodeType:
+    """Compiled text: bundles of one shape are frequent, and a program is loaded again and again."""
+    return compile(text, "<bundle>", "exec")
 
 
 class Iss:
@@ -132,11 +157,12 @@ class Iss:
         size = 7 * isa.BANK_WORDS  # of the places of all banks
         self._lane_registers = [[arithmetic.ZERO] * size for _ in lanes]
         self._lane_writes: list[tuple[list[Word], int, Word]] = []
+        self.stream_places = [0] * len(self._streams)
         self.begin()
 
     def begin(self) -> None:
         """A run starts: the streams are at their first words, no loop is open."""
-        self.stream_places = [0] * len(self._streams)
+        self.stream_places[:] = [0] * len(self._streams)
         levels = isa.ISA.configurations[self.image.configuration].loops
         self._rounds_left, self._bodies = [0] * levels, [0] * levels
         self._turn = (0, 0)  # bundles to come before the body is entered again, its first one
@@ -272,16 +298,8 @@ class Iss:
         registers, writes, dst = self._registers, self._lane_writes, op.dst
         function = self._operations[op.mnemonic]
         assert dst is not None
-        own = dst // isa.BANK_WORDS
-        places: list[tuple[list[Word], int]] = []
-        for i, code in enumerate(op.sources):
-            bank = code // isa.BANK_WORDS
-            vector = (
-                (bank == own and (i == 2 or op.mnemonic in isa.EVERY))
-                or (i == 2 and code == 0)
-                or (i == 0 and code >= isa.S_BASE)
-            )
-            places.append((lane if vector else registers, code))
+        vectors = zip(op.sources, _vectors(op), strict=True)
+        places = [(lane if vector else registers, code) for code, vector in vectors]
 
         def compute() -> None:
             value = function(*(words[code] for words, code in places))
@@ -317,7 +335,8 @@ class Iss:
         configuration = self.image.configuration
         operations, halt, marks = isa.decode_bundle(self._words[bundle], configuration)
         ends = tuple(n for n in reversed(range(marks.bit_length())) if marks >> n & 1)
-        step = _Step([], [], [], [], None, halt, [], None, None, ends, [], Counter())
+        present = [op for op in operations if op is not None]
+        step = _Step(present, [], [], [], [], None, halt, [], None, None, ends, [], Counter())
         for slot, op in enumerate(operations):
             if op is None:
                 continue
@@ -341,26 +360,58 @@ class Iss:
             elif op.dst is not None:
                 step.compute.append(self._value(op))
                 step.destinations.append(op.dst)
-        only_computes = not (step.outputs or step.stores or step.branch or halt or self._trace)
-        plain = step.seek is None and step.loop is None and not ends and not step.lanes
-        plain = plain and not any(op is not None and op.mnemonic in isa.PICK for op in operations)
-        only_computes = only_computes and plain
-        loads = any(op is not None and op.mnemonic == "ld" for op in operations)
-        if step.compute and only_computes and not loads:
-            step.quick = self._compile([op for op in operations if op is not None], step.takes)
+        step.straight = step.loop is None and not ends
+        step.compiles = not (step.outputs or step.branch or halt or self._trace)
         return step
 
-    def _compile(self, operations: list[Decoded], takes: list[int]) -> Callable[[], None]:
-        """One Python function for a bundle of register operations: all reads, then all writes."""
-        names: dict[str, Any] = {"r": self._registers, "take": self._take}
-        targets, values = [], []
-        for i, op in enumerate(operations):
-            names[f"f{i}"] = self._operations[op.mnemonic]
+    def _compile(self, step: _Step) -> Callable[[], None]:
+        """One Python function for what `execute` does of a bundle: all reads, then all writes."""
+        names: dict[str, Any] = {"r": self._registers, "d": self._data, "at": self.stream_places}
+        names |= {f"r{n}": registers for n, registers in enumerate(self._lane_registers)}
+        lines, targets, values = [], [], []
+        lanes = range(len(self._lane_registers))
+        for pipe in step.takes:
+            code, stream = isa.S_BASE + pipe, self._streams[pipe]
+            names |= {f"s{pipe}": stream}
+            names |= {f"s{pipe}_{n}": words for n, words in enumerate(self._lane_streams[pipe])}
+            lines += [f"n = at[{pipe}]", f"at[{pipe}] = (n + 1) % {len(stream)}"]
+            lines += [f"r[{code}] = s{pipe}[n]", *(f"r{n}[{code}] = s{pipe}_{n}[n]" for n in lanes)]
+        if step.seek is not None:
+            pipe, place = divmod(step.seek, 1 << STREAM_BITS)
+            lines.append(f"at[{pipe}] = {place % len(self._streams[pipe])}")
+        vectors: list[tuple[str, str]] = []
+        for i, op in enumerate(step.operations):
+            if op.dst is None:
+                continue
+            words = [f"r[{code}]" for code in op.sources]
+            if op.mnemonic == "ld":
+                names[f"address{i}"] = self._address(op, op.sources[0])
+                value = f"d[address{i}()]"
+            else:
+                names[f"f{i}"] = self._operations[op.mnemonic]
+                if op.mnemonic in isa.PICK and op.imm:
+                    words[1] = f"r{op.imm - 1}[{op.sources[1]}]"
+                value = f"f{i}({', '.join(words)})"
             targets.append(f"r[{op.dst}]")
-            values.append(f"f{i}({', '.join(f'r[{code}]' for code in op.sources)})")
-        words = "".join(f"    r[{isa.S_BASE + pipe}] = take({pipe})\n" for pipe in takes)
-        text = f"def quick():\n{words}    {', '.join(targets)} = {', '.join(values)}\n"
-        exec(text, names)  # the text holds nothing but register codes
+            values.append(value)
+            if op.mnemonic in isa.VECTOR:
+                for n in lanes:
+                    own = zip(op.sources, words, _vectors(op), strict=True)
+                    given = [f"r{n}[{code}]" if vector else word for code, word, vector in own]
+                    vectors.append((f"r{n}[{op.dst}]", f"f{i}({', '.join(given)})"))
+        for target, value in vectors:
+            targets.append(target)
+            values.append(value)
+        if step.stores:
+            lines += [f"v = {', '.join(values)}," if values else "v = ()"]
+            for i, (address, code) in enumerate(step.stores):
+                names[f"store{i}"] = address
+                lines.append(f"p{i}, w{i} = store{i}(), r[{code}]")
+            lines += [f"d[p{i}] = w{i}" for i in range(len(step.stores))]
+            values = [f"v[{i}]" for i in range(len(values))]
+        if targets:
+            lines.append(f"{', '.join(targets)} = {', '.join(values)}")
+        exec(_code("\n    ".join(["def quick():", *(lines or ["pass"])])), names)  # our own text
         return names["quick"]
 
     # ------------------------------------------------------------------ execution
@@ -385,10 +436,14 @@ class Iss:
                     step = self._steps[position] or self.decoded(position)
                     executed[position] += 1
                     bundles += 1
-                    if step.quick and not self._turn[0]:
+                    if step.quick:
                         step.quick()
-                        position += 1
+                        straight = step.straight and not self._turn[0]
+                        position = position + 1 if straight else self._next(step, position)
                         continue
+                    if step.compiles and step.met:
+                        step.quick = self._compile(step)
+                    step.met = True
                     position = self.execute(step, position, written, writes)
                 if self.misses_outputs(written):
                     raise RunFault(Fault.OUTPUT_MISSING)

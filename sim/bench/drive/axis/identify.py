@@ -19,7 +19,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import savgol_filter
 
 from sim.bench.drive.axis.alignment import (
     SafeLoop,
@@ -251,6 +250,8 @@ def swing(bench: Bench, motor: Motor, angle: float) -> Record:
 def travel(bench: Bench, record: Record, angle: float) -> tuple[NDArray, NDArray, NDArray]:
     """Smoothed counts at the instants of the currents; electrical angle there [rad] and speed
     [rad/s]."""
+    from scipy.signal import savgol_filter  # here: more than a second of every command
+
     per_count = bench.one.motor.wave * bench.one.resolution
     smooth = savgol_filter(record.counts, SMOOTH, 2)
     rate = savgol_filter(record.counts, SMOOTH, 2, deriv=1, delta=LOOP_PERIOD)

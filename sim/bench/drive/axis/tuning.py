@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import savgol_filter
 
 from asip_asm.model.compiler import Compiled, Options, compile_law
 from sim.bench.drive.axis.bench import MILLISECOND, Bench, Record
@@ -220,6 +219,8 @@ def speed_step(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float, float]:
     """A step of the ordered speed with both loops closed: actual and ordered speed, a row a half
     period, the rise from 10 % to 90 % [s], the overshoot as a share."""
+    from scipy.signal import savgol_filter  # here: more than a second of every command
+
     one = bench.one
     speed, acceleration = limits(one, found)
     time = 2.5 / one.velocity_bandwidth
