@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Count the rooms of sim, its folders, and the arrows between them: from a room to one it imports.
 
-The rooms are those of the contract in pyproject.toml, with which import-linter refuses an arrow back
-up and a folder that is no room. Exit status: 1 if there are more than ten rooms or more arrows than
-are allowed.
+The rooms are those of the contract in pyproject.toml. With it, import-linter refuses an arrow back
+up and a folder that is no room. Exit status: 1 if there are too many rooms or arrows.
 """
 
 from __future__ import annotations
