@@ -21,7 +21,7 @@ import numpy as np
 
 from asip_asm.machine import Machine
 from asip_asm.model.mpc_problem import Problem, half_width
-from asip_asm.model.mpc_program import BACK, RESIDUALS, STEP, Maker, _names, slot_of
+from asip_asm.model.mpc_program import BACK, RESIDUALS, STEP, Maker, _names, reversed_gains, slot_of
 from asip_asm.model.plan import NEGLIGIBLE, Plan
 from asip_asm.model.plan_items import PIPES, Operand, Vectors, Words
 
@@ -360,8 +360,3 @@ def groups(filled: np.ndarray, size: int) -> list[list[int]]:
             left.remove(near)
         found.append(group)
     return found
-
-
-def reversed_gains(values: np.ndarray) -> Words:
-    """Gains (steps, ...) in the order of the loop from the last step to the first."""
-    return Words(values[::-1], (BACK,))

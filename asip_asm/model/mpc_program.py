@@ -266,10 +266,10 @@ class Maker:
             if self.slot.pull:
                 pull = [plan.load("slot", self.address(o, 1), "i") for o in self.slot.pull]
             q, _ = self.gradients({}, pull, 1, [], [])
-            d = plan.product(_backward(-gains.s), self.r)
-            d = plan.product(_backward(-gains.sb), self.p, d, parts=SPLIT)
-            q = plan.product(_backward(-np.swapaxes(gains.k, 1, 2)), self.r, q)
-            plan.product(_backward(np.swapaxes(gains.f, 1, 2)), self.p, q, self.p)
+            d = plan.product(reversed_gains(-gains.s), self.r)
+            d = plan.product(reversed_gains(-gains.sb), self.p, d, parts=SPLIT)
+            q = plan.product(reversed_gains(-np.swapaxes(gains.k, 1, 2)), self.r, q)
+            plan.product(reversed_gains(np.swapaxes(gains.f, 1, 2)), self.p, q, self.p)
             plan.settle()
             for h, rho, to in self.later:
                 self.gradient(h, rho, [], to)
@@ -419,7 +419,7 @@ def _names(name: str, count: int) -> list[str]:
     return [f"{name}{i}" for i in range(count)]
 
 
-def _backward(values: np.ndarray) -> Words:
+def reversed_gains(values: np.ndarray) -> Words:
     """Gains (steps, ...) in the order of the loop from the last step to the first. After the last
     step there is no gain: what it would weigh is a state's alone.
     """

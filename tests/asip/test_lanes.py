@@ -23,8 +23,7 @@ from tests.bench.seed import SEED
 
 PROGRAMS = 14  # random ones of each kind
 LANES = 1 + ISA.configurations["wide"].lanes
-ONE, TWO, FIVE = 0x3F800000, 0x40000000, 0x40A00000
-VECTORS = [ONE, TWO, 0x40400000, 0x40800000]  # 1, 2, 3, 4
+ONE, TWO = 0x3F800000, 0x40000000
 
 
 def program(*rows: str, head: str = "") -> Image:

@@ -53,7 +53,6 @@ PERIODS = [8000, 10000]  # 125 MHz and 100 MHz [ps]
 TICKS = int(os.environ.get("TICKS", "12"))
 LEG_TICK = {"x": 3.0, "y": 0.5, "z": 4.0, "counter": 7}
 LEG_OUTPUTS = {"length": 5.0, "inverse": float(np.float32(0.2)), "total": 25.0, "way": 7.0}
-LEG_SAFE = {"length": 0.0, "inverse": 0.25, "total": -1.0, "way": 0.0}
 
 
 async def started(dut, period: int = 8000, pause: float = 0.0) -> Asip:

@@ -41,7 +41,6 @@ G1 Z601 A2 C5
 M2
 """
 PAGE = ROOT / "docs/ethercat.md"
-HOST_S = 600
 
 
 def frame(status: int, error: int = 0, mode: int = 8, position: int = 0) -> bytes:

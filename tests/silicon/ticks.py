@@ -26,7 +26,7 @@ from sim.robot.records import COUNTS, SET_POINTS
 from sim.rtl.asip_bus import register_address
 from sim.rtl.asip_rtl import HARNESS, AsipRtl
 from tests.asip.tracking_path import reversing_path
-from tests.silicon.netlist import BUILD, ROOT, Netlist, library_of, make_netlist, make_plain
+from tests.silicon.netlist import BUILD, ROOT, Netlist, library_of, make_netlist
 
 PROGRAMS = ("tracking_as_printed", "tracking_optimised")
 SHARD = 500  # ticks
@@ -37,13 +37,6 @@ class AsipNetlist(AsipRtl):
 
     def _library(self, parameters: Mapping[str, int]) -> Path:
         return library_of(make_netlist("asip", parameters), HARNESS)
-
-
-class AsipPlain(AsipRtl):
-    """The core as plain Verilog; else as the RTL."""
-
-    def _library(self, parameters: Mapping[str, int]) -> Path:
-        return library_of(make_plain("asip", parameters), HARNESS)
 
 
 def netlist_of(configuration: str) -> Netlist:

@@ -215,7 +215,6 @@ def _board(name: str) -> Work:
 
 SMALL = {"FmaPipes": 1, "Slots": 1}
 OWN_SIZE = "not single_reads and not instant and not halves"  # tests with the default parameters
-ON_DE3 = partial(core_ticks, "fast", rtl=De3Rtl)
 ON_ECPIX5 = partial(board_commands, "ecpix5")
 # Work of each top that `microtick plain` writes, by its name; `asip_small` is another one.
 PLAIN_WORK = {
