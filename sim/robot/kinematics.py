@@ -23,7 +23,7 @@ Component = Any  # a float or an array of float64
 
 
 class WorkspaceError(ValueError):
-    """Leg lengths that meet in no point."""
+    """A tool position lies outside the workspace, or leg lengths that meet in no point."""
 
 
 def _where(index: tuple[int, ...]) -> str:
@@ -38,6 +38,23 @@ def split(values: ArrayLike) -> tuple[Array, Array, Array]:
     if array.shape[-1:] != (3,):
         raise ValueError(f"array has the shape {array.shape}, must be (..., 3)")
     return array[..., 0], array[..., 1], array[..., 2]
+
+
+def check_workspace(robot: Robot, position: ArrayLike) -> None:
+    """Raise WorkspaceError for the first tool position (..., 3) outside the workspace.
+
+    The limits belong to the workspace. The text names coordinate, value, limits and tick index.
+    """
+    position = np.asarray(position, dtype=np.float64)
+    low = np.array((-robot.x_max, -robot.y_max, robot.z_min))
+    high = np.array((robot.x_max, robot.y_max, robot.z_max))
+    inside = (position >= low) & (position <= high)  # False for NaN
+    if not inside.all():
+        *index, axis = (int(entry) for entry in np.argwhere(~inside)[0])
+        raise WorkspaceError(
+            f"{'xyz'[axis]} = {position[(*index, axis)]:.9g} m{_where(tuple(index))}: "
+            f"must be within {low[axis]:.9g} .. {high[axis]:.9g} m"
+        )
 
 
 def lengths_of(robot: Robot, x: Component, y: Component, z: Component, sqrt: Callable) -> tuple:

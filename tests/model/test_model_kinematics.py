@@ -89,6 +89,33 @@ def test_table__forward__is_the_centre_of_the_surface(robot):
     np.testing.assert_array_equal(orientation, [(t, 0.0, r) for t, r in theta])
 
 
+def test_workspace__limits__belong_to_it(robot):
+    kinematics.check_workspace(robot, workspace_points(robot, 100, SEED))
+
+
+@pytest.mark.parametrize(
+    ("position", "text"),
+    [
+        ((0.2, 0.0, 0.6), "x = 0.2 m: must be within -0.15 .. 0.15 m"),
+        ((0.0, -0.151, 0.6), "y = -0.151 m: must be within -0.15 .. 0.15 m"),
+        ((0.0, 0.0, 0.76), "z = 0.76 m: must be within 0.45 .. 0.75 m"),
+        ((0.0, float("nan"), 0.6), "y = nan m: must be within -0.15 .. 0.15 m"),
+        (
+            [(0.0, 0.0, 0.6)] * 5 + [(0.0, 0.0, 0.4), (1.0, 0.0, 0.6)],
+            "z = 0.4 m at tick 5: must be within 0.45 .. 0.75 m",
+        ),
+        (
+            [[(0.0, 0.0, 0.6), (0.0, 0.0, 0.4)]],
+            "z = 0.4 m at index (0, 1): must be within 0.45 .. 0.75 m",
+        ),
+    ],
+)
+def test_workspace__outside__names_value_limits_and_tick(robot, position, text):
+    with pytest.raises(WorkspaceError) as caught:
+        kinematics.check_workspace(robot, position)
+    assert str(caught.value) == text
+
+
 @pytest.mark.parametrize(
     ("lengths", "text"),
     [
@@ -99,10 +126,6 @@ def test_table__forward__is_the_centre_of_the_surface(robot):
         (
             [(0.8, 0.8, 0.8), (0.1, 0.1, 0.1)],
             "legs 0.1, 0.1, 0.1 m at tick 1: meet in no point, z^2 = -0.24 m^2 must be >= 0",
-        ),
-        (
-            [[(0.8, 0.8, 0.8), (0.1, 0.1, 0.1)]],
-            "legs 0.1, 0.1, 0.1 m at index (0, 1): meet in no point, z^2 = -0.24 m^2 must be >= 0",
         ),
     ],
 )
