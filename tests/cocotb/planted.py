@@ -65,8 +65,13 @@ class Case:
         if self.table == "own":
             return True
         right, wrong = self.fault.right, self.fault.wrong
-        whole = not STATEMENT.search(right) and not CONSTANT.search(right)
-        return whole and not self.fault.alone and not STATEMENT.search(wrong)
+        whole = all(not STATEMENT.search(text) and closed(text) for text in (right, wrong))
+        return whole and not self.fault.alone and not CONSTANT.search(right)
+
+
+def closed(text: str) -> bool:
+    """Whether every bracket of the text has its partner in it."""
+    return all(text.count(opening) == text.count(end) for opening, end in ("()", "[]", "{}"))
 
 
 def bare(fault: Fault) -> Fault:
