@@ -19,6 +19,8 @@ from tests.fpu.tb import generator
 LATENCY = fp_latencies()
 FEW = 300  # random operands for a test
 LEAST, HALF = np.uint32(0x0080_0000), np.uint32(0x3F00_0000)  # 2**-126, 0.5
+SPECIAL = np.array([0, golden.ONE, 0x7F80_0000], np.uint32)  # 0, 1, infinity
+SPECIAL = np.concatenate((SPECIAL, SPECIAL | golden.SIGN, [golden.NAN]))
 FOLDED_INTERVAL = 7  # clocks from an operation of fp_divsqrt_folded to the next one
 # op_i of fp_cmp, and what it makes of its operands.
 COMPARISONS = {
@@ -56,8 +58,9 @@ def choose(condition, a, b, c):
 
 
 def operands(kind: str, columns: int) -> list[np.ndarray]:
-    """Columns of operands: `corners` crossed, `random` ones near each other's exponent, or such
-    whose product, sum and quotient are next to the least normal number.
+    """Columns of operands: `corners` crossed (every pair of SPECIAL, some of the others), `random`
+    ones near each other's exponent, or such whose product, sum and quotient are next to the least
+    normal number.
     """
     rng = generator(f"cocotb {kind} {columns}")
     corners = stimulus.corners()
@@ -65,7 +68,8 @@ def operands(kind: str, columns: int) -> list[np.ndarray]:
         if columns == 1:
             return [corners]
         rows = stimulus.cross(corners, corners)
-        rows = rows[rng.permutation(len(rows))[:2000]]
+        some = rows[rng.permutation(len(rows))[:2000]]
+        rows = np.concatenate((stimulus.cross(SPECIAL, SPECIAL), some))
         found = [rows[:, 0], rows[:, 1], rng.permutation(rows[:, 0])]
     elif kind == "least":
         steps = np.arange(-8, 9).astype(np.uint32)
