@@ -215,6 +215,12 @@ def sine_error(a: Bits, got: Bits, cosine: bool = False) -> NDArray[np.float64]:
     return np.abs(double(got) - true) / ulp
 
 
+def sine_flags(a: Bits, cosine: bool = False) -> NDArray[np.uint8]:
+    """Flags of the sine unit within its range: inexact but for zero; a tiny sine underflows."""
+    x = double(a)
+    return flags(nx=x != 0, uf=(x != 0) & tiny(np.sin(x)) & (not cosine))
+
+
 def flushed(function: Callable[[Bits, Bits], Result]) -> Callable[[Bits, Bits], Bits]:
     """An operation of the vendor's first generation: subnormal numbers are zeros of their sign."""
 

@@ -266,7 +266,10 @@ async def faulty(core: Asip, cause: str, info: int | None, **inputs: float) -> N
     assert got.fault == cause and info in (None, got.fault_info), got
     assert got.words == safe
     await core.write(CSR["CONTROL"], START)
-    await core.cycles(20)
+    for _ in range(20):
+        await core.settle()
+        assert not word(core.dut.trace_issue_o), "a faulted core started"
+        await core.next()
     status = await core.register("STATUS")
     assert STATUS["fault"].of(status) and not STATUS["busy"].of(status), "a faulted core started"
     await core.write(CSR["CONTROL"], CLEAR)
@@ -296,10 +299,11 @@ async def fault__address_beyond_the_data(dut):
         mov y, v
         halt
         """
-    await written(core, "table", text)
+    image = await written(core, "table", text)
+    load = next(n for n, ops in enumerate(image.sources) if any(e.op == "ld" for e in ops))
     for i, value in enumerate((1.5, 2.5)):
         assert (await core.tick(i=i)).outputs == {"y": value}
-    await faulty(core, "ADDRESS", None, i=1 << 20)
+    await faulty(core, "ADDRESS", load, i=1 << 20)
 
 
 @cocotb.test()
