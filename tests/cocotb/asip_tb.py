@@ -14,6 +14,7 @@ from cocotb.triggers import RisingEdge
 from cocotb.utils import get_sim_time
 
 from asip_asm.gen.asip_regmap import REGMAP
+from asip_asm.isa import default_isa
 from asip_asm.project import ROOT
 from sim.bench.run.bounds import bounds
 from sim.cocotb import golden
@@ -461,6 +462,19 @@ async def host__memories__hold_what_was_written(dut, pause):
             memory[place] = draw.getrandbits(32)
             await core.write(place, memory[place])
     assert await core.read(BLOCK["data"] + 1024) == 0
+
+
+@cocotb.test()
+async def host__bundle_beyond_the_program__changes_nothing(dut):
+    """The map has room for more bundles than the core: they are not those at the start."""
+    core, _ = await with_leg(dut)
+    room = REGMAP.blocks["program"].words
+    bundles = default_isa().program_bundles
+    assert room > 4 * bundles
+    for place in range(4 * bundles, room, bundles // 2):
+        for word_ in range(len(core.image.sources[0])):
+            await core.write(BLOCK["program"] + place + 4 + word_, 0)
+    assert (await core.tick(**LEG_TICK)).outputs == LEG_OUTPUTS
 
 
 @cocotb.test()
