@@ -22,6 +22,7 @@ static uint8_t state;
 static uint16_t code;
 static bool waiting; /* SAFEOP, OP requested: outputs have not come yet */
 static bool outputs_seen;
+static bool identify; /* the master asks for the identification value (AL_CONTROL, bit 5) */
 static uint32_t waiting_since;
 static uint16_t process_bytes[2];
 
@@ -30,9 +31,16 @@ uint16_t al_code(void) { return code; }
 uint16_t al_process_bytes(int side) { return process_bytes[side]; }
 void al_outputs_seen(void) { outputs_seen = true; }
 
+/* An error has the code, whatever else the master asks for; without one it may ask for the identification value. */
 static void publish(void) {
-  esc_write16(ESC_AL_STATUS_CODE, code);
-  esc_write16(ESC_AL_STATUS, code ? state | ESC_AL_STATUS_ERROR_MASK : state);
+  uint16_t status = state;
+  if (code) {
+    status |= ESC_AL_STATUS_ERROR_MASK;
+  } else if (identify) {
+    status |= ESC_AL_STATUS_IDENTIFICATION_MASK;
+  }
+  esc_write16(ESC_AL_STATUS_CODE, code || !identify ? code : objects.identification);
+  esc_write16(ESC_AL_STATUS, status);
 }
 
 static void enter(uint8_t next) {
@@ -51,7 +59,7 @@ static void enter(uint8_t next) {
 void al_start(void) {
   state = AL_INIT;
   code = 0;
-  waiting = outputs_seen = false;
+  waiting = outputs_seen = identify = false;
   mailbox_stop();
   publish();
 }
@@ -154,6 +162,7 @@ static void request(uint16_t control, uint32_t now_ms, int guard) {
   uint8_t wanted = control & ESC_AL_CONTROL_STATE_MASK;
   bool acknowledge = control & ESC_AL_CONTROL_ACKNOWLEDGE_MASK;
   uint16_t refusal;
+  identify = control & ESC_AL_CONTROL_IDENTIFICATION_MASK;
   if (code && !acknowledge && wanted > state) return; /* the error is to be acknowledged first */
   if (acknowledge || wanted == AL_INIT) code = 0;
   refusal = change(wanted, now_ms, guard);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Application layer state machine (ETG.1000.6): what the master asks for in AL_CONTROL is checked step by
- * step; AL_STATUS and AL_STATUS_CODE answer. */
+ * step; AL_STATUS and AL_STATUS_CODE answer. Explicit device identification: while AL_CONTROL has bit 5 and there
+ * is no error, AL_STATUS has bit 5 and AL_STATUS_CODE is object 2021. */
 #ifndef ETHERCAT_AL_H
 #define ETHERCAT_AL_H
 

@@ -9,6 +9,7 @@ import struct
 import pytest
 
 from sim.bus.gen import esc_regmap
+from sim.bus.gen.esc_regmap import AL_CONTROL, AL_STATUS
 from tests.ethercat import managers
 from tests.ethercat.host import BOOT, DEVICE, ERROR, INIT, OP, PREOP, SAFEOP, Host
 
@@ -140,6 +141,39 @@ def test_init__acknowledges_an_error_and_a_lower_state_keeps_it():
     assert host.ask(PREOP) == (PREOP | ERROR, 0x0011)
     assert host.ask(INIT) == (INIT, 0)
     assert host.ask(PREOP) == (PREOP, 0)
+
+
+IDENTIFY, IDENTIFIED = AL_CONTROL.word(identification=1), AL_STATUS.word(identification=1)
+
+
+@pytest.mark.parametrize("state", [INIT, PREOP, SAFEOP, OP])
+def test_identification__is_the_code_while_it_is_asked_for(state):
+    host = Host().to_preop()
+    host.put(0x2021, 0, 0xA5C3)
+    host.ask(INIT)
+    {INIT: lambda: None, PREOP: host.to_preop, SAFEOP: host.to_safeop, OP: host.to_op}[state]()
+    assert host.ask(state | IDENTIFY) == (state | IDENTIFIED, 0xA5C3)
+    assert host.ask(state) == (state, 0)
+
+
+def test_identification__is_no_error_and_comes_with_a_change_of_state():
+    host = Host()
+    host.mailboxes()
+    assert host.ask(PREOP | IDENTIFY) == (PREOP | IDENTIFIED, 0)  # none was given
+    host.put(0x2021, 0, 7)
+    host.process_managers()
+    assert host.ask(SAFEOP | IDENTIFY) == (SAFEOP | IDENTIFIED, 7)  # unacknowledged: not an error
+
+
+def test_identification__error_has_the_code_first():
+    host = in_state(PREOP)
+    host.put(0x2021, 0, 7)
+    assert host.ask(OP | IDENTIFY) == (PREOP | ERROR, 0x0011)
+    assert host.ask(PREOP | IDENTIFY) == (PREOP | ERROR, 0x0011)
+    assert host.ask(PREOP | IDENTIFY | ERROR) == (PREOP | IDENTIFIED, 7)
+    host.manager(0, 0x1000, 200, managers.BOX_OUT)
+    host.background()
+    assert host.status == (INIT | ERROR, 0x0016)
 
 
 def test_manager_that_the_device_does_not_use__0017():

@@ -115,6 +115,7 @@ def test_fixed_words_of_the_image():
     assert len(found[30]) == 32 and len(found[41]) == 32 and len(found[60]) == 48
     assert found[30][5] == 0x2F  # as CoE of the ESI file below
     assert found[30][9] == DEVICE.device["axes"]
+    assert found[30][11] == 0x08  # as IdentificationReg134 of the ESI file below
     assert strings(found[10])[found[30][3]] == DEVICE.device["name"]
 
 
@@ -134,6 +135,7 @@ def test_sii_and_esi__tell_the_same_device(device):
     )
     assert bytes.fromhex(device.findtext("Eeprom/ConfigData")) == IMAGE[:14]
     assert int(device.findtext("Eeprom/ByteSize")) == len(IMAGE)
+    assert (device.findtext("Info/IdentificationReg134") == "true") == bool(found[30][11] & 0x08)
     coe = device.find("Mailbox/CoE")
     flags = ("SdoInfo", "PdoAssign", "PdoConfig", "PdoUpload", "CompleteAccess")
     assert found[30][5] == 1 | sum(

@@ -86,6 +86,7 @@ struct objects {
   float pose[5]; /* 2010, m */
   float increment[5]; /* 2011 */
   char label[480]; /* 2020 */
+  uint16_t identification; /* 2021 */
   uint32_t pass_cycles; /* 2030 */
   uint32_t pass_longest; /* 2030 */
   uint8_t digital_inputs; /* 8800 */

@@ -72,14 +72,16 @@ def hexadecimal(value: int, digits: int = 8) -> str:
 
 def info(one: ET.Element, device: Device) -> None:
     process = device.process_data
+    found = child(one, "Info")
     child(
-        child(child(one, "Info"), "StateMachine"),
+        child(found, "StateMachine"),
         "Timeout",
         PreopTimeout=process["timeout_preop_ms"],
         SafeopOpTimeout=process["timeout_safeop_op_ms"],
         BackToInitTimeout=process["timeout_back_ms"],
         BackToSafeopTimeout=process["timeout_back_ms"],
     )
+    put(found, "IdentificationReg134", "true")
 
 
 def managers(one: ET.Element, device: Device) -> None:

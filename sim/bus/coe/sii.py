@@ -15,6 +15,7 @@ BYTES = 2048
 STRINGS, GENERAL, FMMU, SYNC_MANAGER, TX_PDO, RX_PDO, CLOCK = 10, 30, 40, 41, 50, 51, 60
 END = 0xFFFF
 COE_PROTOCOL = 0x0004
+IDENTIFIES = 0x08  # flag of the general category: the AL status code shows the identification value
 # CoE details: SDO, SDO information, PDO assignment, PDO configuration, complete access.
 COE_DETAILS = 0x01 | 0x02 | 0x04 | 0x08 | 0x20
 
@@ -94,7 +95,7 @@ def general(device: Device, strings: Strings) -> bytes:
         *(0, 0, 0),  # FoE, EoE, channels of SoE
         head["axes"],  # channels of CiA 402
         0,  # class of sync managers
-        0,  # flags
+        IDENTIFIES,  # flags
         0,  # current of the E-bus
         *(0, 0),
         0x0011,  # ports 0 and 1: MII
