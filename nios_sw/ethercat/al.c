@@ -53,7 +53,7 @@ static void enter(uint8_t next) {
   if (next == AL_OP) application_enter_op();
   if (next != AL_OP) outputs_seen = false; /* OP wants new ones */
   if (next == AL_INIT) mailbox_stop();
-  if (before == AL_INIT && next == AL_PREOP) mailbox_start();
+  if (before == AL_INIT && (next == AL_PREOP || next == AL_BOOT)) mailbox_start();
 }
 
 void al_start(void) {
@@ -82,6 +82,7 @@ static bool is_set_up(int n, uint16_t start, uint16_t bytes, uint8_t mode) {
          (found[SM_BYTE(CONTROL)] & (ESC_SM_CONTROL_MODE_MASK | ESC_SM_CONTROL_DIRECTION_MASK)) == mode;
 }
 
+/* The bootstrap mailbox is at the same place. */
 static bool has_mailbox(void) {
   return is_set_up(0, MAILBOX_OUT, MAILBOX_BYTES, SM_MODE(MAILBOX, WRITES)) &&
          is_set_up(1, MAILBOX_IN, MAILBOX_BYTES, SM_MODE(MAILBOX, READS));
@@ -127,11 +128,17 @@ static bool known(uint8_t wanted) {
 static uint16_t change(uint8_t wanted, uint32_t now_ms, int guard) {
   uint16_t found = 0;
   if (!known(wanted)) return AL_UNKNOWN_STATE;
-  if (wanted == AL_BOOT) return state == AL_INIT ? AL_NO_BOOT : AL_INVALID_CHANGE;
   if (wanted == state) {
     waiting = false;
     return 0;
   }
+  if (wanted == AL_BOOT) {
+    if (state != AL_INIT) return AL_INVALID_CHANGE;
+    if (!has_mailbox()) return AL_INVALID_BOOT_MAILBOX;
+    enter(AL_BOOT);
+    return 0;
+  }
+  if (state == AL_BOOT && wanted != AL_INIT) return AL_INVALID_CHANGE;
   if (wanted < state) {
     enter(wanted);
     return 0;
@@ -174,7 +181,7 @@ static void request(uint16_t control, uint32_t now_ms, int guard) {
 static void check_changed(void) {
   for (int n = 0; n < MANAGERS_USED; ++n) (void)esc_read8(ESC_SM_ACTIVATE(n)); /* clears the event */
   if (state >= AL_PREOP && !has_mailbox()) {
-    code = AL_INVALID_MAILBOX;
+    code = state == AL_BOOT ? AL_INVALID_BOOT_MAILBOX : AL_INVALID_MAILBOX;
     enter(AL_INIT);
     publish();
   } else if (state >= AL_SAFEOP && check_process_data()) {

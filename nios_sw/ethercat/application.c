@@ -9,6 +9,7 @@
 #include "coe.h"
 #include "dictionary.h"
 #include "esc.h"
+#include "image.h"
 #include "mailbox.h"
 #include "pdo.h"
 
@@ -35,6 +36,7 @@ static uint32_t setting_number;
 
 void application_start(void) {
   dictionary_reset();
+  image_start();
   cycles = since_outputs = setting_number = 0;
   settings_put = settings_given = 0;
   for (int n = 0; n < AXES; ++n) axis_start(n);
@@ -162,6 +164,7 @@ void application_cycle(const struct feedback *feedback, struct command *command)
 }
 
 void application_background(void) {
-  al_step(cycles / CYCLES_PER_MS);
-  mailbox_step();
+  uint32_t now_ms = cycles / CYCLES_PER_MS;
+  al_step(now_ms);
+  mailbox_step(now_ms);
 }

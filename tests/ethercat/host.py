@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The application of the device on the bus, compiled for this machine, with a double of the slave
-controller in place of the hardware: what a master does to registers and memory, without frames.
+"""The application of the device on the bus, compiled for this machine, with doubles of the slave
+controller and of the flash in place of the hardware: what a master does to registers and memory, without frames.
 
 `Host` is one device. Its machine is ideal: an axis with power is where its set-point says, unless a
 test holds it (`held`) or moves it (`positions`).
@@ -43,7 +43,7 @@ BYTES = {side: DEVICE.bytes(side) for side in PLACES}
 
 def sources() -> list[Path]:
     """The application without what only the Nios II system has."""
-    found = [*APPLICATION.glob("*.c"), *APPLICATION.glob("gen/*.c"), *HERE.glob("esc_double*.c")]
+    found = [*APPLICATION.glob("*.c"), *APPLICATION.glob("gen/*.c"), *HERE.glob("*_double.c")]
     return sorted(path for path in found if not path.stem.endswith("_nios"))
 
 
@@ -118,7 +118,13 @@ class Host:
         self.feedback, self.command = Feedback(), Command()
         self.held: set[int] = set()
         self.counter = 0
+        self.library.flash_double_clear()
+        self.power_on()
+
+    def power_on(self) -> None:
+        """All but the flash begins again."""
         self.library.double_reset()
+        self.library.flash_double_power_on()
         self.library.application_start()
 
     # ---------------------------------------------------------------- the master's accesses
@@ -187,6 +193,11 @@ class Host:
         self.outputs()
         self.cycle()
         assert self.ask(OP) == (OP, 0)
+        return self
+
+    def to_boot(self) -> Self:
+        self.mailboxes()
+        assert self.ask(BOOT) == (BOOT, 0)
         return self
 
     # ---------------------------------------------------------------- process data

@@ -16,13 +16,19 @@ from tests.ethercat.host import BOOT, DEVICE, ERROR, INIT, OP, PREOP, SAFEOP, Ho
 
 def in_state(state: int) -> Host:
     host = Host()
-    {INIT: lambda: None, PREOP: host.to_preop, SAFEOP: host.to_safeop, OP: host.to_op}[state]()
+    {
+        INIT: lambda: None,
+        PREOP: host.to_preop,
+        BOOT: host.to_boot,
+        SAFEOP: host.to_safeop,
+        OP: host.to_op,
+    }[state]()
     return host
 
 
 @pytest.mark.parametrize(
     ("state", "wanted"),
-    list(itertools.product((INIT, PREOP, SAFEOP, OP), (INIT, PREOP, BOOT, SAFEOP, OP))),
+    list(itertools.product((INIT, PREOP, BOOT, SAFEOP, OP), repeat=2)),
 )
 def test_every_change__as_the_standard_allows(state, wanted):
     host = in_state(state)
@@ -30,8 +36,12 @@ def test_every_change__as_the_standard_allows(state, wanted):
         host.outputs()
         host.cycle()
     found = host.ask(wanted)
-    if wanted == BOOT:
-        assert found == (state | ERROR, 0x0013 if state == INIT else 0x0011)
+    if state == wanted or (state, wanted) == (BOOT, INIT):
+        assert found == (wanted, 0)
+    elif (state, wanted) == (INIT, BOOT):
+        assert found == (INIT | ERROR, 0x0015)  # the mailbox was not set up
+    elif BOOT in (state, wanted):
+        assert found == (state | ERROR, 0x0011)
     elif wanted > state and (state, wanted) not in ((INIT, PREOP), (PREOP, SAFEOP), (SAFEOP, OP)):
         assert found == (state | ERROR, 0x0011)
     elif (state, wanted) == (INIT, PREOP):
@@ -74,6 +84,27 @@ def test_wrong_mailbox__0016(fault):
     host.mailboxes()
     host.manager(*fault)
     assert host.ask(PREOP) == (INIT | ERROR, 0x0016)
+
+
+def test_boot__needs_the_bootstrap_mailbox_and_leaves_with_it():
+    host = Host()
+    host.manager(0, 0x1000, 256, managers.BOX_OUT)
+    assert host.ask(BOOT) == (INIT | ERROR, 0x0015)
+    host.manager(1, 0x1100, 256, managers.BOX_IN)
+    assert host.ask(BOOT) == (INIT | ERROR, 0x0015)  # not acknowledged
+    assert host.ask(BOOT | ERROR) == (BOOT, 0)
+    host.manager(0, 0x1000, 128, managers.BOX_OUT)
+    host.background()
+    assert host.status == (INIT | ERROR, 0x0015)
+
+
+def test_boot__has_no_coe_and_comes_back_to_op():
+    host = in_state(BOOT)
+    host.send(struct.pack("<HBHB4x", 2 << 12, 0x40, 0x1000, 0))
+    host.background()
+    assert host.receive() == (0, struct.pack("<HH", 1, 2))
+    assert host.ask(INIT) == (INIT, 0)
+    assert host.to_op().get(0x1000) == 0xFFFF0192
 
 
 RX, TX = DEVICE.bytes("rx"), DEVICE.bytes("tx")

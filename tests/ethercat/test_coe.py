@@ -411,7 +411,7 @@ def test_mailbox__is_full_until_it_is_taken(host):
     ("kind", "data", "detail"),
     [
         (2, bytes(10), 2),
-        (4, bytes(10), 2),
+        (5, bytes(10), 2),
         (0, bytes(10), 2),
         (3, b"\0", 6),
         (3, struct.pack("<H", 2 << 12) + bytes(7), 6),

@@ -107,7 +107,8 @@ def test_fixed_words_of_the_image():
     assert struct.unpack_from("<4I", IMAGE, 16) == tuple(
         DEVICE.device[k] for k in ("vendor", "product", "revision", "serial")
     )
-    assert struct.unpack_from("<5H", IMAGE, 0x30) == (0x1000, 256, 0x1100, 256, 4)
+    assert struct.unpack_from("<5H", IMAGE, 0x30) == (0x1000, 256, 0x1100, 256, 12)
+    assert IMAGE[0x28:0x30] == IMAGE[0x30:0x38]  # the bootstrap mailbox
     kilobits, version = struct.unpack_from("<2H", IMAGE, 0x7C)
     assert (kilobits + 1) * 128 == len(IMAGE) and version == 1
     found = categories(IMAGE)
@@ -136,6 +137,8 @@ def test_sii_and_esi__tell_the_same_device(device):
     assert bytes.fromhex(device.findtext("Eeprom/ConfigData")) == IMAGE[:14]
     assert int(device.findtext("Eeprom/ByteSize")) == len(IMAGE)
     assert (device.findtext("Info/IdentificationReg134") == "true") == bool(found[30][11] & 0x08)
+    assert bytes.fromhex(device.findtext("Eeprom/BootStrap")) == IMAGE[0x28:0x30]
+    assert (device.find("Mailbox/FoE") is not None) == bool(found[30][6] & 1)
     coe = device.find("Mailbox/CoE")
     flags = ("SdoInfo", "PdoAssign", "PdoConfig", "PdoUpload", "CompleteAccess")
     assert found[30][5] == 1 | sum(

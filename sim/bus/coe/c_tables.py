@@ -45,6 +45,7 @@ def header(device: Device) -> str:
         f"#define MAILBOX_OUT 0x{mailbox['out']:04X}u",
         f"#define MAILBOX_IN 0x{mailbox['in']:04X}u",
         f"#define MAILBOX_BYTES {mailbox['bytes']}",
+        f"#define FOE_PASSWORD 0x{mailbox['foe_password']:08X}u",
         f"#define PROCESS_OUTPUTS 0x{process['outputs']:04X}u",
         f"#define PROCESS_INPUTS 0x{process['inputs']:04X}u",
         f"#define PROCESS_BYTES {process['bytes']}",

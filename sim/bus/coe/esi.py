@@ -39,6 +39,7 @@ def document(device: Device) -> str:
     mailbox = ET.SubElement(one, "Mailbox", {"DataLinkLayer": "1"})
     services = ("SdoInfo", "PdoAssign", "PdoConfig", "CompleteAccess", "SegmentedSdo")
     ET.SubElement(mailbox, "CoE", dict.fromkeys(services, "1"))
+    ET.SubElement(mailbox, "FoE")
     clock = child(one, "Dc")
     for name, cycle, activate in sii.modes(device):
         text = "with SYNC0" if activate else "with the outputs"
@@ -47,7 +48,8 @@ def document(device: Device) -> str:
             put(mode, "CycleTimeSync0", str(cycle), Factor="0")
             put(mode, "ShiftTimeSync0", "0")
     image = sii.image(device)
-    child(one, "Eeprom", ByteSize=len(image), ConfigData=image[:14].hex().upper())
+    eeprom = child(one, "Eeprom", ByteSize=len(image), ConfigData=image[:14].hex().upper())
+    put(eeprom, "BootStrap", sii.mailboxes(device).hex().upper())
     ET.indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
 
