@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The application of the device on the bus, compiled for this machine, with doubles of the slave
-controller and of the flash in place of the hardware: what a master does to registers and memory, without frames.
+controller and of the flash in place of the hardware: what a master does to registers and memory,
+without frames.
 
 `Host` is one device. Its machine is ideal: an axis with power is where its set-point says, unless a
 test holds it (`held`) or moves it (`positions`).

@@ -326,10 +326,10 @@ def test_slow_flash__busy_after_100_ms_and_the_packet_sent_again_is_acknowledged
     ):
         for _ in range(20):
             assert boot.send(struct.pack("<BxI", code, value) + data, kind=4)
-            for cycles in range(2000):
+            cycles, message = 0, None
+            while not message and cycles < 2000:
                 boot.cycle()
-                if message := boot.receive():
-                    break
+                cycles, message = cycles + 1, boot.receive()
             kind, found = message
             assert kind == 4
             answers.append(found[0])

@@ -53,7 +53,7 @@ class Strings:
 
 def image(device: Device) -> bytes:
     """The whole image, padded with 0xFF."""
-    head, mailbox = device.device, device.mailbox
+    head = device.device
     area = struct.pack("<4H", *head["pdi"]) + bytes(6)  # alias and two reserved words
     area += struct.pack("<H", crc8(area))
     area += struct.pack("<4I", *(head[k] for k in ("vendor", "product", "revision", "serial")))
