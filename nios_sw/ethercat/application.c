@@ -11,6 +11,7 @@
 #include "esc.h"
 #include "image.h"
 #include "mailbox.h"
+#include "parameters.h"
 #include "pdo.h"
 
 #define CYCLES_PER_MS (1000u / CYCLE_US)
@@ -40,6 +41,7 @@ void application_start(void) {
   cycles = since_outputs = setting_number = 0;
   settings_put = settings_given = 0;
   for (int n = 0; n < AXES; ++n) axis_start(n);
+  parameters_start();
   al_start();
 }
 
@@ -166,5 +168,6 @@ void application_cycle(const struct feedback *feedback, struct command *command)
 void application_background(void) {
   uint32_t now_ms = cycles / CYCLES_PER_MS;
   al_step(now_ms);
+  parameters_work();
   mailbox_step(now_ms);
 }

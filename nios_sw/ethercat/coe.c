@@ -29,7 +29,7 @@ void coe_emergency(uint16_t code, uint8_t axis) {
 }
 
 bool coe_continue(void) {
-  if (sdo_information_continue()) return true;
+  if (sdo_continue() || sdo_information_continue()) return true;
   if (queue_put != queue_sent) {
     uint8_t first = queue_sent % QUEUE;
     const uint8_t message[10] = {0, COE_EMERGENCY << 4, (uint8_t)queue[first].code,

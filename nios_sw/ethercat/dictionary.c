@@ -7,6 +7,7 @@
 #include "application.h"
 #include "axis.h"
 #include "guard.h"
+#include "parameters.h"
 #include "pdo.h"
 
 struct objects objects;
@@ -163,6 +164,9 @@ uint32_t dictionary_put(const struct place *place, const uint8_t *from, uint32_t
   if (bytes != entry->bytes) return ABORT_LENGTH;
   memcpy(&bits, from, bytes);
   if (!allowed(entry, bits)) return ABORT_RANGE;
+  if (place->index == PARAMETERS_SAVE || place->index == PARAMETERS_LOAD) {
+    return parameters_command(place->index, bits);
+  }
   abort = pdo_check(place->index, entry->subindex, bits);
   if (!abort) abort = axis_check(place->index, entry->subindex, bits);
   if (abort) return abort;

@@ -24,6 +24,8 @@
 #define ABORT_NO_SUBINDEX 0x06090011u
 #define ABORT_RANGE 0x06090030u
 #define ABORT_MOST_BELOW_LEAST 0x06090036u
+#define ABORT_HARDWARE 0x06060000u
+#define ABORT_NOT_STORED 0x08000020u
 #define ABORT_STATE 0x08000022u
 
 #define ENTRY_WRITE 0x01u
@@ -32,6 +34,7 @@
 #define ENTRY_TX 0x08u
 #define ENTRY_LIMITS 0x10u /* least and greatest hold */
 #define ENTRY_STORED 0x20u /* has a place in struct objects; otherwise it is constant */
+#define ENTRY_SAVED 0x40u  /* a stored parameter (1010) */
 
 #define TYPE_I8 0x02u
 #define TYPE_I16 0x03u

@@ -15,7 +15,11 @@
 #define FLASH_IMAGE_BYTES 8192u /* of one of two firmware images, whole sectors; a product sets what its flash has */
 #endif
 #define FLASH_IMAGE(n) ((n) * FLASH_IMAGE_BYTES)
-#define FLASH_BYTES FLASH_IMAGE(2u)
+#define FLASH_STORE(n) (FLASH_IMAGE(2u) + (n) * FLASH_SECTOR) /* two places of stored parameters */
+#define FLASH_BYTES FLASH_STORE(2u)
+
+/* Whether the content outlives power off; if not, parameters are not stored (1010). */
+extern const bool flash_lasts;
 
 enum flash_state { FLASH_READY, FLASH_BUSY, FLASH_FAILED };
 

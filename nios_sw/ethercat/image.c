@@ -8,6 +8,7 @@
 #include "dictionary.h"
 #include "flash.h"
 #include "foe.h"
+#include "parameters.h"
 
 #define PART 256u /* bytes that one pass of the background checks */
 #define FILE_MAGIC 0x5746544Du /* MTFW */
@@ -157,7 +158,7 @@ static void check(void) {
 uint16_t image_work(void) {
   enum flash_state state = flash_state();
   if (next.result != IMAGE_WORKING) return next.result;
-  if (state == FLASH_BUSY) return IMAGE_WORKING;
+  if (state == FLASH_BUSY || parameters_state() == PARAMETERS_WORKING) return IMAGE_WORKING;
   if (state == FLASH_FAILED && next.begun) {
     next.result = FOE_FLASH;
   } else if (next.step == STORE) {

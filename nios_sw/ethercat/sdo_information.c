@@ -51,7 +51,8 @@ static bool listed(const struct object *object, uint16_t kind) {
   for (uint8_t i = 0; i < object->count; ++i) {
     uint8_t flags = dictionary_entries[object->first + i].flags;
     if (kind == 1 || (kind == 2 && flags & ENTRY_RX) || (kind == 3 && flags & ENTRY_TX)) return true;
-    if (kind >= 4 && flags & ENTRY_WRITE && !(flags & ENTRY_RX)) return true;
+    if (kind == 4 && flags & ENTRY_SAVED) return true;
+    if (kind == 5 && flags & ENTRY_WRITE && !(flags & ENTRY_RX)) return true;
   }
   return false;
 }
@@ -116,6 +117,7 @@ static uint16_t access_of(const struct entry *entry) {
   if (entry->flags & ENTRY_WRITE) access |= entry->flags & ENTRY_PREOP ? 0x08 : 0x38;
   if (entry->flags & ENTRY_RX) access |= 0x40;
   if (entry->flags & ENTRY_TX) access |= 0x80;
+  if (entry->flags & ENTRY_SAVED) access |= 0x100;
   return access;
 }
 

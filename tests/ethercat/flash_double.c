@@ -9,6 +9,8 @@
 
 #define NEVER 0xFFFFFFFFu
 
+const bool flash_lasts = true;
+
 static uint8_t content[FLASH_BYTES];
 static uint32_t operations, fail_at = NEVER, cut_at = NEVER, polls, left;
 static enum flash_state last;

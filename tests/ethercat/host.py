@@ -110,6 +110,8 @@ class AbortedError(Exception):
 class Host:
     """One device after power on. A library has one device: use one at a time."""
 
+    PATIENCE = 50  # rounds of the background until an answer comes
+
     def __init__(self) -> None:
         self.library = ct.CDLL(
             str(build("device.so", "-shared", "-fPIC", "-fsanitize-undefined-trap-on-error",
@@ -233,13 +235,16 @@ class Host:
     def coe(self, service: int, data: bytes) -> bytes:
         """A request and its answer after the CoE header; emergencies are put aside."""
         assert self.send(struct.pack("<H", service << 12) + data)
-        self.background()
-        while True:
-            kind, answer = self.receive()
+        for _ in range(self.PATIENCE):
+            self.background()
+            if not (message := self.receive()):
+                continue
+            kind, answer = message
             self.background()
             assert kind == 3, (kind, answer)
             if answer[1] >> 4 != 1:
                 return answer[2:]
+        raise AssertionError("no answer")
 
     def sdo(self, request: bytes) -> bytes:
         answer = self.coe(2, request)

@@ -191,6 +191,7 @@ def test_esi__every_type_is_defined_and_every_size_fits(device):
         ('field = "pose[0]"', 'field = "pose[0"', "field 'pose[0' is no C name"),
         ("[mailbox]", "[mailbocks]", "unknown table mailbocks"),
         ("[device]", "[device", "line 11"),
+        ("bytes = 480", "bytes = 480\nstored = true", "2020:00: stored, but not a number"),
     ],
 )
 def test_wrong_source__is_told_with_its_place(tmp_path, before, after, message):

@@ -74,6 +74,8 @@ struct axis_objects {
 struct objects {
   uint32_t device_type; /* 1000 */
   uint8_t error_register; /* 1001 */
+  uint32_t save_all; /* 1010 */
+  uint32_t load_all; /* 1011 */
   uint32_t vendor; /* 1018 */
   uint32_t product; /* 1018 */
   uint32_t revision; /* 1018 */
@@ -88,6 +90,7 @@ struct objects {
   float increment[5]; /* 2011 */
   char label[480]; /* 2020 */
   uint16_t identification; /* 2021 */
+  uint8_t stored_state; /* 2022 */
   uint32_t pass_cycles; /* 2030 */
   uint32_t pass_longest; /* 2030 */
   uint8_t digital_inputs; /* 8800 */

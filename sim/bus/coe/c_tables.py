@@ -162,7 +162,8 @@ def lists(device: Device) -> list[int]:
     mapped = [
         sum(any(e.pdo == side for e in o.entries) for o in device.objects) for side in ("rx", "tx")
     ]
-    return [len(device.objects), *mapped, sum(settings), sum(settings)]
+    stored = [any(e.stored for e in o.entries) for o in device.objects]
+    return [len(device.objects), *mapped, sum(stored), sum(settings)]
 
 
 def object_row(one: Object, first: int) -> str:
@@ -176,6 +177,8 @@ def object_row(one: Object, first: int) -> str:
 def entry_row(entry: Entry, one: Object, values: dict[tuple[int, ...], str]) -> str:
     flags = {"ro": [], "rw": ["ENTRY_WRITE"], "const": [], "preop": ["ENTRY_WRITE", "ENTRY_PREOP"]}
     flag = list(flags[entry.access])
+    if entry.stored:
+        flag.append("ENTRY_SAVED")
     if entry.pdo:
         flag.append("ENTRY_RX" if entry.pdo == "rx" else "ENTRY_TX")
     least = greatest = initial = 0

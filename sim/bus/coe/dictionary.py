@@ -72,6 +72,7 @@ class Entry:
     unit: str = ""
     doc: str = ""
     bytes: int = 0
+    stored: bool = False  # by object 1010
 
     @property
     def bits(self) -> int:
@@ -249,6 +250,8 @@ class _Reader:
             raise DictionaryError(f"{place}: pdo {rest['pdo']!r}, not rx or tx")
         if rest.get("pdo") == "rx" and rest["access"] != "rw":
             raise DictionaryError(f"{place}: the master maps it as output but may not write it")
+        if rest.get("stored") and (rest["access"] != "rw" or rest["type"] == "string"):
+            raise DictionaryError(f"{place}: stored, but not a number that the master may write")
         default = rest.get("default", 0)
         if isinstance(default, str) and default.startswith("@"):
             rest["default"] = default = self.head[default[1:]]

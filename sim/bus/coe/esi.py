@@ -160,6 +160,8 @@ def flags(parent: ET.Element, entry: Entry) -> None:
         access.set("WriteRestrictions", "PreOP")
     if entry.pdo:
         put(found, "PdoMapping", "R" if entry.pdo == "rx" else "T")
+    if entry.stored:
+        put(found, "Backup", "1")
 
 
 def describe(objects: ET.Element, found: Object, name: str, bits: int) -> None:

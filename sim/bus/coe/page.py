@@ -15,7 +15,8 @@ What a master reads and writes by SDO, and what it may map into process data; wh
 `nios_sw/ethercat/gen/microtick.xml` and the SII image `nios_sw/ethercat/gen/sii.hex`; `make gen`
 writes them.
 
-`preop`: written in PREOP only. `rx`, `tx`: may be mapped, from the master or to it. An increment
+`preop`: written in PREOP only. `rx`, `tx`: may be mapped, from the master or to it. `stored`:
+1010 saves it. An increment
 (inc) is a length or an angle: object 2011."""
 
 
@@ -59,7 +60,9 @@ def objects(found: list[Object]) -> list[str]:
                     f"{entry.subindex:02X}",
                     entry.name,
                     TYPES[entry.type].name,
-                    entry.access + (f" {entry.pdo}" if entry.pdo else ""),
+                    entry.access
+                    + (f" {entry.pdo}" if entry.pdo else "")
+                    + " stored" * entry.stored,
                     default(entry, one),
                     bounds(entry),
                     " ".join(filter(None, [f"[{entry.unit}]" if entry.unit else "", entry.doc]))
