@@ -3,6 +3,7 @@
 #include "al.h"
 
 #include "application.h"
+#include "diagnosis.h"
 #include "dictionary.h"
 #include "esc.h"
 #include "guard.h"
@@ -64,8 +65,14 @@ void al_start(void) {
   publish();
 }
 
-void al_fault(uint16_t why) {
+/* An error of this code from now on. */
+static void fail(uint16_t why) {
   code = why;
+  diagnosis_note(DIAGNOSIS_AL_ERROR, why, state);
+}
+
+void al_fault(uint16_t why) {
+  fail(why);
   if (state == AL_OP) enter(AL_SAFEOP);
   waiting = false;
   publish();
@@ -173,7 +180,7 @@ static void request(uint16_t control, uint32_t now_ms, int guard) {
   if (code && !acknowledge && wanted > state) return; /* the error is to be acknowledged first */
   if (acknowledge || wanted == AL_INIT) code = 0;
   refusal = change(wanted, now_ms, guard);
-  if (refusal) code = refusal;
+  if (refusal) fail(refusal);
   publish(); /* while it waits too: without the error that was acknowledged */
 }
 
@@ -181,11 +188,11 @@ static void request(uint16_t control, uint32_t now_ms, int guard) {
 static void check_changed(void) {
   for (int n = 0; n < MANAGERS_USED; ++n) (void)esc_read8(ESC_SM_ACTIVATE(n)); /* clears the event */
   if (state >= AL_PREOP && !has_mailbox()) {
-    code = state == AL_BOOT ? AL_INVALID_BOOT_MAILBOX : AL_INVALID_MAILBOX;
+    fail(state == AL_BOOT ? AL_INVALID_BOOT_MAILBOX : AL_INVALID_MAILBOX);
     enter(AL_INIT);
     publish();
   } else if (state >= AL_SAFEOP && check_process_data()) {
-    code = check_process_data();
+    fail(check_process_data());
     enter(AL_PREOP);
     publish();
   }

@@ -7,6 +7,7 @@
 #include "al.h"
 #include "axis.h"
 #include "coe.h"
+#include "diagnosis.h"
 #include "dictionary.h"
 #include "esc.h"
 #include "image.h"
@@ -37,6 +38,7 @@ static uint32_t setting_number;
 
 void application_start(void) {
   dictionary_reset();
+  diagnosis_start();
   image_start();
   cycles = since_outputs = setting_number = 0;
   settings_put = settings_given = 0;
@@ -169,5 +171,6 @@ void application_background(void) {
   uint32_t now_ms = cycles / CYCLES_PER_MS;
   al_step(now_ms);
   parameters_work();
+  diagnosis_work();
   mailbox_step(now_ms);
 }

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "al.h"
+#include "diagnosis.h"
 #include "flash.h"
 #include "image.h"
 #include "mailbox.h"
@@ -25,6 +26,7 @@ static const char firmware[] = "firmware";
 static struct {
   enum { IDLE, READING, WRITING } state;
   bool owes;       /* WRITING: the master waits for the answer to `packet` */
+  bool stored;     /* WRITING: the image is complete */
   bool ended;      /* the last packet came or went */
   uint32_t packet; /* READING: the one sent last; WRITING: the one taken last */
   uint32_t asked_ms;
@@ -43,6 +45,7 @@ static void send(uint8_t code, uint32_t value, uint16_t bytes) {
 }
 
 static void refuse(uint16_t code) {
+  if (transfer.state == WRITING) diagnosis_note(DIAGNOSIS_NO_FIRMWARE, code, 0);
   transfer.state = IDLE;
   send(ERROR, code, 0);
 }
@@ -93,7 +96,7 @@ static void write(uint16_t refused) {
   transfer.state = WRITING;
   transfer.packet = 0;
   transfer.owes = true;
-  transfer.ended = false;
+  transfer.ended = transfer.stored = false;
   image_begin();
 }
 
@@ -166,6 +169,8 @@ bool foe_continue(uint32_t now_ms) {
   } else if (found) {
     refuse(found);
   } else {
+    if (transfer.ended && !transfer.stored) diagnosis_note(DIAGNOSIS_FIRMWARE, 0, 0);
+    transfer.stored = transfer.ended;
     send(ACKNOWLEDGE, transfer.packet, 0);
   }
   transfer.owes = false;

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "crc32.h"
+#include "diagnosis.h"
 #include "dictionary.h"
 #include "flash.h"
 
@@ -80,13 +81,20 @@ void parameters_start(void) {
       records = header.records;
     }
   }
-  objects.stored_state = damaged ? PARAMETERS_DAMAGED : PARAMETERS_NONE;
+  if (present.place == NONE) {
+    objects.stored_state = damaged ? PARAMETERS_DAMAGED : PARAMETERS_NONE;
+  } else {
+    objects.stored_state = damaged ? PARAMETERS_FORMER : PARAMETERS_LOADED;
+  }
+  if (damaged) diagnosis_note(DIAGNOSIS_DAMAGED, 0, objects.stored_state);
   if (present.place == NONE) return;
-  objects.stored_state = damaged ? PARAMETERS_FORMER : PARAMETERS_LOADED;
   for (uint32_t n = 0; n < records; ++n) {
     struct record record;
     flash_read(FLASH_STORE(present.place) + sizeof header + n * sizeof record, &record, sizeof record);
-    if (!load(&record)) objects.stored_state = PARAMETERS_PARTLY;
+    if (!load(&record)) {
+      objects.stored_state = PARAMETERS_PARTLY;
+      diagnosis_note(DIAGNOSIS_REFUSED, record.index, record.subindex);
+    }
   }
 }
 
@@ -130,6 +138,7 @@ static uint32_t collect(void) {
 }
 
 static void end(bool well) {
+  if (!well) diagnosis_note(DIAGNOSIS_NOT_STORED, 0, 0);
   work.failed = !well;
   work.step = NOTHING;
 }

@@ -136,9 +136,9 @@ static void describe_entry(uint16_t index, uint8_t subindex, uint8_t wanted) {
   data[2] = subindex;
   data[3] = 0;
   put16(data + 4, entry->type);
-  put16(data + 6, 8u * entry->bytes);
+  put16(data + 6, entry->type == TYPE_BOOL ? 1u : 8u * entry->bytes);
   put16(data + 8, access_of(entry));
-  if (entry->type != TYPE_STRING) {
+  if (entry->type != TYPE_STRING && entry->type != TYPE_OCTETS) {
     const uint32_t *values[3] = {&entry->initial, &entry->least, &entry->greatest};
     for (int i = 0; i < 3; ++i) {
       uint8_t bit = (uint8_t)(0x10 << i);

@@ -21,6 +21,15 @@
 #define MAP_ENTRIES 10 /* of one PDO */
 #define RX_MAP 0x1600u
 #define TX_MAP 0x1A00u
+#define DIAGNOSIS_AL_ERROR 1
+#define DIAGNOSIS_AXIS_ERROR 2
+#define DIAGNOSIS_DAMAGED 3
+#define DIAGNOSIS_REFUSED 4
+#define DIAGNOSIS_NOT_STORED 5
+#define DIAGNOSIS_NO_FIRMWARE 6
+#define DIAGNOSIS_FIRMWARE 7
+#define DIAGNOSIS_KINDS {0, 2, 2, 1, 1, 2, 2, 0} /* by text: 0 info, 1 warning, 2 error */
+#define DIAGNOSIS_MESSAGES 16
 #define SII_BYTES 2048
 #define AXIS_FIRST 0x6000u
 #define AXIS_STEP 0x800u
@@ -82,6 +91,7 @@ struct objects {
   uint32_t serial; /* 1018 */
   uint32_t local_error_reaction; /* 10F1 */
   uint16_t sync_error_limit; /* 10F1 */
+  uint8_t diagnosis_message[16][23]; /* 10F3 */
   uint8_t sync_manager_type[4]; /* 1C00 */
   float gain_position[5]; /* 2000 */
   float gain_speed[5]; /* 2001 */
@@ -98,6 +108,13 @@ struct objects {
   uint8_t output_error_mode; /* 8A06 */
   uint8_t output_error_value; /* 8A07 */
   uint32_t io_device_type; /* 8FFF */
+  struct { /* 10F3 */
+    uint8_t maximum;
+    uint8_t newest;
+    uint8_t acknowledged;
+    uint8_t available;
+    uint16_t flags;
+  } diagnosis;
   struct { /* 1C32 */
     uint16_t type;
     uint32_t cycle;

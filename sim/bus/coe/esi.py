@@ -114,8 +114,13 @@ def process_data(one: ET.Element, device: Device, pdo: Pdo, tag: str, manager: i
 
 def profile(one: ET.Element, device: Device) -> None:
     """Profile with the dictionary: data types first, then the objects that use them."""
-    dictionary = child(child(one, "Profile", ProfileNo=402), "Dictionary")
+    found = child(one, "Profile", ProfileNo=402)
+    dictionary = child(found, "Dictionary")
     types, objects = child(dictionary, "DataTypes"), child(dictionary, "Objects")
+    texts = child(found, "DiagMessages")
+    for number, text in enumerate(device.diagnosis, start=1):
+        message = child(texts, "DiagMessage", TextId=hexadecimal(number, 4))
+        put(message, "MessageText", text.text, LcId="1033")
     done: set[str] = set()
     for one_object in device.objects:
         name, bits = type_of(one_object)
@@ -130,11 +135,12 @@ def type_of(found: Object) -> tuple[str, int]:
     subindex 0 in the first."""
     if found.kind == "var":
         return plain(found.entries[0]), found.entries[0].bits
-    return f"DT{found.index:04X}", 16 + sum(e.bits for e in found.entries[1:])
+    return f"DT{found.index:04X}", 16 + sum(8 * e.bytes for e in found.entries[1:])
 
 
 def plain(entry: Entry) -> str:
-    return f"STRING({entry.bytes})" if entry.type == "string" else TYPES[entry.type].name
+    name = TYPES[entry.type].name
+    return f"{name}({entry.bytes})" if entry.type in ("string", "octets") else name
 
 
 def describe_type(types: ET.Element, found: Object, name: str, bits: int, done: set[str]) -> None:
@@ -150,7 +156,7 @@ def describe_type(types: ET.Element, found: Object, name: str, bits: int, done: 
         item = child(kind, "SubItem", SubIdx=entry.subindex, Name=entry.name, Type=plain(entry),
                      BitSize=entry.bits, BitOffs=at)  # fmt: skip
         flags(item, entry)
-        at += entry.bits if entry.subindex else 16
+        at += 8 * entry.bytes if entry.subindex else 16
 
 
 def flags(parent: ET.Element, entry: Entry) -> None:

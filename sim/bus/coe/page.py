@@ -43,6 +43,9 @@ def page(device: Device) -> str:
             place = f"{one.index:04X}:{entry.subindex:02X}"
             rows.append([str(at), f"{pdo.index:04X}", place, name])
         lines += table(["byte", "PDO", "object", ""], rows) + [""]
+    lines += ["## Texts of the diagnosis history", ""]
+    texts = enumerate(device.diagnosis, start=1)
+    lines += table(["text", "kind", ""], [[str(n), one.kind, one.text] for n, one in texts]) + [""]
     return "\n".join(lines)
 
 
