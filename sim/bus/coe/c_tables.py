@@ -31,7 +31,7 @@ def header(device: Device) -> str:
     """gen/objects.h: constants of the device and where the values are."""
     head, mailbox, process = device.device, device.mailbox, device.process_data
     own = [o for o in device.own if not o.special]
-    kinds = [str(DIAGNOSIS_KINDS.index(one.kind)) for one in device.diagnosis]
+    kinds = ", ".join(str(DIAGNOSIS_KINDS.index(one.kind)) for one in device.diagnosis)
     maps = max(len(device.direction("rx")), len(device.direction("tx")))
     lines = [
         "/* SPDX-License-Identifier: Apache-2.0 */",
@@ -58,7 +58,7 @@ def header(device: Device) -> str:
         f"#define RX_MAP 0x{device.direction('rx')[0].index:04X}u",
         f"#define TX_MAP 0x{device.direction('tx')[0].index:04X}u",
         *(f"#define DIAGNOSIS_{one.name} {n}" for n, one in enumerate(device.diagnosis, start=1)),
-        f"#define DIAGNOSIS_KINDS {{0, {', '.join(kinds)}}} /* by text: 0 info, 1 warning, 2 error */",
+        f"#define DIAGNOSIS_KINDS {{0, {kinds}}} /* by text: 0 info, 1 warning, 2 error */",
         f"#define DIAGNOSIS_MESSAGES {device.object(0x10F3).entry(1).default}",
         f"#define SII_BYTES {sii.BYTES}",
         f"#define AXIS_FIRST 0x{AXIS_FIRST:04X}u",
