@@ -129,8 +129,8 @@ DIAGNOSIS_KINDS = ("info", "warning", "error")
 
 @dataclass(frozen=True)
 class Text:
-    """A text of the diagnosis history: name in C, kind (DIAGNOSIS_KINDS), text with `%x` or `%d` for
-    two parameters."""
+    """A text of the diagnosis history: name in C, kind (DIAGNOSIS_KINDS), text with `%x` or `%d`
+    for two parameters."""
 
     name: str
     kind: str
