@@ -3,6 +3,7 @@
 #include "al.h"
 
 #include "application.h"
+#include "diagnosis.h"
 #include "dictionary.h"
 #include "esc.h"
 #include "guard.h"
@@ -22,6 +23,7 @@ static uint8_t state;
 static uint16_t code;
 static bool waiting; /* SAFEOP, OP requested: outputs have not come yet */
 static bool outputs_seen;
+static bool identify; /* the master asks for the identification value (AL_CONTROL, bit 5) */
 static uint32_t waiting_since;
 static uint16_t process_bytes[2];
 
@@ -30,9 +32,16 @@ uint16_t al_code(void) { return code; }
 uint16_t al_process_bytes(int side) { return process_bytes[side]; }
 void al_outputs_seen(void) { outputs_seen = true; }
 
+/* An error has the code, whatever else the master asks for; without one it may ask for the identification value. */
 static void publish(void) {
-  esc_write16(ESC_AL_STATUS_CODE, code);
-  esc_write16(ESC_AL_STATUS, code ? state | ESC_AL_STATUS_ERROR_MASK : state);
+  uint16_t status = state;
+  if (code) {
+    status |= ESC_AL_STATUS_ERROR_MASK;
+  } else if (identify) {
+    status |= ESC_AL_STATUS_IDENTIFICATION_MASK;
+  }
+  esc_write16(ESC_AL_STATUS_CODE, code || !identify ? code : objects.identification);
+  esc_write16(ESC_AL_STATUS, status);
 }
 
 static void enter(uint8_t next) {
@@ -45,19 +54,25 @@ static void enter(uint8_t next) {
   if (next == AL_OP) application_enter_op();
   if (next != AL_OP) outputs_seen = false; /* OP wants new ones */
   if (next == AL_INIT) mailbox_stop();
-  if (before == AL_INIT && next == AL_PREOP) mailbox_start();
+  if (before == AL_INIT && (next == AL_PREOP || next == AL_BOOT)) mailbox_start();
 }
 
 void al_start(void) {
   state = AL_INIT;
   code = 0;
-  waiting = outputs_seen = false;
+  waiting = outputs_seen = identify = false;
   mailbox_stop();
   publish();
 }
 
-void al_fault(uint16_t why) {
+/* An error of this code from now on. */
+static void fail(uint16_t why) {
   code = why;
+  diagnosis_note(DIAGNOSIS_AL_ERROR, why, state);
+}
+
+void al_fault(uint16_t why) {
+  fail(why);
   if (state == AL_OP) enter(AL_SAFEOP);
   waiting = false;
   publish();
@@ -74,6 +89,7 @@ static bool is_set_up(int n, uint16_t start, uint16_t bytes, uint8_t mode) {
          (found[SM_BYTE(CONTROL)] & (ESC_SM_CONTROL_MODE_MASK | ESC_SM_CONTROL_DIRECTION_MASK)) == mode;
 }
 
+/* The bootstrap mailbox is at the same place. */
 static bool has_mailbox(void) {
   return is_set_up(0, MAILBOX_OUT, MAILBOX_BYTES, SM_MODE(MAILBOX, WRITES)) &&
          is_set_up(1, MAILBOX_IN, MAILBOX_BYTES, SM_MODE(MAILBOX, READS));
@@ -119,11 +135,17 @@ static bool known(uint8_t wanted) {
 static uint16_t change(uint8_t wanted, uint32_t now_ms, int guard) {
   uint16_t found = 0;
   if (!known(wanted)) return AL_UNKNOWN_STATE;
-  if (wanted == AL_BOOT) return state == AL_INIT ? AL_NO_BOOT : AL_INVALID_CHANGE;
   if (wanted == state) {
     waiting = false;
     return 0;
   }
+  if (wanted == AL_BOOT) {
+    if (state != AL_INIT) return AL_INVALID_CHANGE;
+    if (!has_mailbox()) return AL_INVALID_BOOT_MAILBOX;
+    enter(AL_BOOT);
+    return 0;
+  }
+  if (state == AL_BOOT && wanted != AL_INIT) return AL_INVALID_CHANGE;
   if (wanted < state) {
     enter(wanted);
     return 0;
@@ -154,10 +176,11 @@ static void request(uint16_t control, uint32_t now_ms, int guard) {
   uint8_t wanted = control & ESC_AL_CONTROL_STATE_MASK;
   bool acknowledge = control & ESC_AL_CONTROL_ACKNOWLEDGE_MASK;
   uint16_t refusal;
+  identify = control & ESC_AL_CONTROL_IDENTIFICATION_MASK;
   if (code && !acknowledge && wanted > state) return; /* the error is to be acknowledged first */
   if (acknowledge || wanted == AL_INIT) code = 0;
   refusal = change(wanted, now_ms, guard);
-  if (refusal) code = refusal;
+  if (refusal) fail(refusal);
   publish(); /* while it waits too: without the error that was acknowledged */
 }
 
@@ -165,11 +188,11 @@ static void request(uint16_t control, uint32_t now_ms, int guard) {
 static void check_changed(void) {
   for (int n = 0; n < MANAGERS_USED; ++n) (void)esc_read8(ESC_SM_ACTIVATE(n)); /* clears the event */
   if (state >= AL_PREOP && !has_mailbox()) {
-    code = AL_INVALID_MAILBOX;
+    fail(state == AL_BOOT ? AL_INVALID_BOOT_MAILBOX : AL_INVALID_MAILBOX);
     enter(AL_INIT);
     publish();
   } else if (state >= AL_SAFEOP && check_process_data()) {
-    code = check_process_data();
+    fail(check_process_data());
     enter(AL_PREOP);
     publish();
   }

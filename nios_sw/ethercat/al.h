@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Application layer state machine (ETG.1000.6): what the master asks for in AL_CONTROL is checked step by
- * step; AL_STATUS and AL_STATUS_CODE answer. */
+ * step; AL_STATUS and AL_STATUS_CODE answer. Explicit device identification: while AL_CONTROL has bit 5 and there
+ * is no error, AL_STATUS has bit 5 and AL_STATUS_CODE is object 2021. */
 #ifndef ETHERCAT_AL_H
 #define ETHERCAT_AL_H
 
@@ -15,7 +16,7 @@
 
 #define AL_INVALID_CHANGE 0x0011
 #define AL_UNKNOWN_STATE 0x0012
-#define AL_NO_BOOT 0x0013
+#define AL_INVALID_BOOT_MAILBOX 0x0015
 #define AL_INVALID_MAILBOX 0x0016
 #define AL_INVALID_SYNC_MANAGER 0x0017
 #define AL_NO_OUTPUTS 0x0019

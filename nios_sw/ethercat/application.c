@@ -7,9 +7,12 @@
 #include "al.h"
 #include "axis.h"
 #include "coe.h"
+#include "diagnosis.h"
 #include "dictionary.h"
 #include "esc.h"
+#include "image.h"
 #include "mailbox.h"
+#include "parameters.h"
 #include "pdo.h"
 
 #define CYCLES_PER_MS (1000u / CYCLE_US)
@@ -35,9 +38,12 @@ static uint32_t setting_number;
 
 void application_start(void) {
   dictionary_reset();
+  diagnosis_start();
+  image_start();
   cycles = since_outputs = setting_number = 0;
   settings_put = settings_given = 0;
   for (int n = 0; n < AXES; ++n) axis_start(n);
+  parameters_start();
   al_start();
 }
 
@@ -162,6 +168,9 @@ void application_cycle(const struct feedback *feedback, struct command *command)
 }
 
 void application_background(void) {
-  al_step(cycles / CYCLES_PER_MS);
-  mailbox_step();
+  uint32_t now_ms = cycles / CYCLES_PER_MS;
+  al_step(now_ms);
+  parameters_work();
+  diagnosis_work();
+  mailbox_step(now_ms);
 }

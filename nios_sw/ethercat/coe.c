@@ -2,6 +2,7 @@
 /* CANopen over EtherCAT, see coe.h. */
 #include "coe.h"
 
+#include "diagnosis.h"
 #include "dictionary.h"
 #include "mailbox.h"
 
@@ -21,6 +22,7 @@ void coe_start(void) {
 
 void coe_emergency(uint16_t code, uint8_t axis) {
   uint8_t last = queue_put % QUEUE;
+  if (code) diagnosis_note(DIAGNOSIS_AXIS_ERROR, code, (uint8_t)(axis + 1u));
   if ((uint8_t)(queue_put - queue_sent) == QUEUE) return;
   queue[last].code = code;
   queue[last].axis = axis;
@@ -29,7 +31,7 @@ void coe_emergency(uint16_t code, uint8_t axis) {
 }
 
 bool coe_continue(void) {
-  if (sdo_information_continue()) return true;
+  if (sdo_continue() || sdo_information_continue()) return true;
   if (queue_put != queue_sent) {
     uint8_t first = queue_sent % QUEUE;
     const uint8_t message[10] = {0, COE_EMERGENCY << 4, (uint8_t)queue[first].code,

@@ -23,6 +23,8 @@ void coe_emergency(uint16_t code, uint8_t axis);
 
 /* sdo.c, sdo_information.c: `sdo`, 8 bytes at least, is what follows the CoE header. */
 void sdo_start(void);
+/* Confirms a download when its parameters are stored; whether it sent something. */
+bool sdo_continue(void);
 void sdo_request(const uint8_t *sdo, uint16_t bytes);
 void sdo_information_start(void);
 void sdo_information_request(const uint8_t *request, uint16_t bytes);

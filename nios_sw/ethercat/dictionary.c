@@ -6,7 +6,9 @@
 
 #include "application.h"
 #include "axis.h"
+#include "diagnosis.h"
 #include "guard.h"
+#include "parameters.h"
 #include "pdo.h"
 
 struct objects objects;
@@ -17,6 +19,8 @@ static void store(const struct entry *entry, uint8_t *base) {
     size_t length = strlen(entry->text);
     memset(base + entry->offset, 0, entry->bytes);
     memcpy(base + entry->offset, entry->text, length < entry->bytes ? length : entry->bytes);
+  } else if (entry->type == TYPE_OCTETS) {
+    memset(base + entry->offset, 0, entry->bytes);
   } else {
     memcpy(base + entry->offset, &entry->initial, entry->bytes);
   }
@@ -106,6 +110,7 @@ void dictionary_get(const struct place *place, uint8_t *to) {
   guard = guard_enter(); /* all bytes of one value */
   memcpy(to, from, place->entry->bytes);
   guard_leave(guard);
+  if (place->index == DIAGNOSIS) diagnosis_read(place->entry->subindex);
 }
 
 static int32_t extended(const struct entry *entry, uint32_t bits) {
@@ -163,6 +168,10 @@ uint32_t dictionary_put(const struct place *place, const uint8_t *from, uint32_t
   if (bytes != entry->bytes) return ABORT_LENGTH;
   memcpy(&bits, from, bytes);
   if (!allowed(entry, bits)) return ABORT_RANGE;
+  if (place->index == PARAMETERS_SAVE || place->index == PARAMETERS_LOAD) {
+    return parameters_command(place->index, bits);
+  }
+  if (place->index == DIAGNOSIS) return diagnosis_write(entry->subindex, bits);
   abort = pdo_check(place->index, entry->subindex, bits);
   if (!abort) abort = axis_check(place->index, entry->subindex, bits);
   if (abort) return abort;

@@ -24,6 +24,8 @@
 #define ABORT_NO_SUBINDEX 0x06090011u
 #define ABORT_RANGE 0x06090030u
 #define ABORT_MOST_BELOW_LEAST 0x06090036u
+#define ABORT_HARDWARE 0x06060000u
+#define ABORT_NOT_STORED 0x08000020u
 #define ABORT_STATE 0x08000022u
 
 #define ENTRY_WRITE 0x01u
@@ -32,12 +34,17 @@
 #define ENTRY_TX 0x08u
 #define ENTRY_LIMITS 0x10u /* least and greatest hold */
 #define ENTRY_STORED 0x20u /* has a place in struct objects; otherwise it is constant */
+#define ENTRY_SAVED 0x40u  /* a stored parameter (1010) */
 
+#define TYPE_BOOL 0x01u
 #define TYPE_I8 0x02u
 #define TYPE_I16 0x03u
 #define TYPE_I32 0x04u
+#define TYPE_U8 0x05u
+#define TYPE_U16 0x06u
 #define TYPE_F32 0x08u
 #define TYPE_STRING 0x09u
+#define TYPE_OCTETS 0x0Au /* as many as the entry has, 0 at first; never written by the master */
 
 #define KIND_VAR 7u
 #define KIND_RECORD 9u

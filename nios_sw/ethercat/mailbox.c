@@ -4,8 +4,10 @@
 
 #include <string.h>
 
+#include "al.h"
 #include "coe.h"
 #include "esc.h"
+#include "foe.h"
 
 #define UNSUPPORTED_PROTOCOL 2
 #define TOO_SHORT 6
@@ -26,6 +28,7 @@ void mailbox_start(void) {
   waits = false;
   memset(sent, 0, sizeof sent);
   coe_start();
+  foe_start();
 }
 
 void mailbox_stop(void) { running = false; }
@@ -82,7 +85,7 @@ static void repeat(void) {
   esc_write8(ESC_SM_PDI(1), wanted);
 }
 
-static void take(void) {
+static void take(uint32_t now_ms) {
   uint16_t bytes;
   uint8_t type, counter;
   esc_read(MAILBOX_OUT, in.bytes, MAILBOX_HEADER);
@@ -98,16 +101,18 @@ static void take(void) {
   counter = in.bytes[5] >> 4 & 7u;
   if (counter && counter == counter_in) return; /* sent twice */
   counter_in = counter;
-  if (type != MAILBOX_COE) {
+  if (type != MAILBOX_FOE && (type != MAILBOX_COE || al_state() == AL_BOOT)) {
     refuse(UNSUPPORTED_PROTOCOL);
-  } else if (bytes < COE_HEADER) {
+  } else if (bytes < (type == MAILBOX_FOE ? FOE_HEADER : COE_HEADER)) {
     refuse(TOO_SHORT);
+  } else if (type == MAILBOX_FOE) {
+    foe_request(in.bytes + MAILBOX_HEADER, bytes, now_ms);
   } else {
     coe_request(in.bytes + MAILBOX_HEADER, bytes);
   }
 }
 
-void mailbox_step(void) {
+void mailbox_step(uint32_t now_ms) {
   if (!running) return;
   repeat();
   if (is_full(1)) return; /* what is there goes first */
@@ -116,6 +121,7 @@ void mailbox_step(void) {
     place(&sent[newest]);
     return;
   }
-  if (coe_continue()) return;
-  if (is_full(0)) take();
+  if (foe_continue(now_ms)) return;
+  if (al_state() != AL_BOOT && coe_continue()) return;
+  if (is_full(0)) take(now_ms);
 }

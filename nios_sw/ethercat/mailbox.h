@@ -12,11 +12,13 @@
 #define MAILBOX_DATA (MAILBOX_BYTES - MAILBOX_HEADER)
 #define MAILBOX_ERROR 0
 #define MAILBOX_COE 3
+#define MAILBOX_FOE 4
 
 void mailbox_start(void);
 void mailbox_stop(void);
-/* Once in a while: takes at most one message and answers it, sends at most one. */
-void mailbox_step(void);
+/* Once in a while: takes at most one message and answers it, sends at most one; now_ms: rising time. In BOOT the only
+ * protocol is FoE. */
+void mailbox_step(uint32_t now_ms);
 /* Sends now; false if the mailbox is full. */
 bool mailbox_send(uint8_t type, const uint8_t *data, uint16_t bytes);
 

@@ -7,6 +7,7 @@
 #include "coe.h"
 #include "dictionary.h"
 #include "mailbox.h"
+#include "parameters.h"
 
 #define SDO_BYTES 8
 #define BUFFER 640u
@@ -22,7 +23,7 @@
 #define ABORT 4
 
 static struct {
-  enum { IDLE, UPLOADING, DOWNLOADING } state;
+  enum { IDLE, UPLOADING, DOWNLOADING, STORING } state;
   uint16_t index;
   uint8_t subindex;
   bool complete;   /* the whole object */
@@ -70,6 +71,26 @@ static void abort_transfer(uint32_t code) {
   /* An abort is sent as a request, ETG.1000.6 5.6.2.7. */
   put16(answer, COE_SDO_REQUEST << 12);
   mailbox_send(MAILBOX_COE, answer, COE_HEADER + SDO_BYTES);
+}
+
+/* The answer to a download, which is in `answer`. What 1010 and 1011 began is to end before. */
+static void confirm(void) {
+  if ((transfer.index == PARAMETERS_SAVE || transfer.index == PARAMETERS_LOAD) && transfer.state == IDLE) {
+    transfer.state = STORING;
+  } else {
+    send(SDO_BYTES);
+  }
+}
+
+bool sdo_continue(void) {
+  if (transfer.state != STORING || parameters_state() == PARAMETERS_WORKING) return false;
+  if (parameters_state() == PARAMETERS_FAILED) {
+    abort_transfer(ABORT_HARDWARE);
+  } else {
+    transfer.state = IDLE;
+    send(SDO_BYTES);
+  }
+  return true;
 }
 
 /* Whether it was taken; if not, the abort has been sent. */
@@ -132,7 +153,7 @@ static void download(const uint8_t *sdo, uint16_t bytes) {
   transfer.state = DOWNLOADING;
   if (transfer.done == transfer.total && !store()) return;
   begin(3 << 5);
-  send(SDO_BYTES);
+  confirm();
 }
 
 static void download_segment(const uint8_t *sdo, uint16_t bytes) {
@@ -163,7 +184,7 @@ static void download_segment(const uint8_t *sdo, uint16_t bytes) {
   }
   memset(answer + COE_HEADER, 0, SDO_BYTES);
   answer[COE_HEADER] = (uint8_t)(1 << 5 | toggle);
-  send(SDO_BYTES);
+  confirm();
 }
 
 static void upload(const uint8_t *command) {

@@ -51,7 +51,8 @@ static bool listed(const struct object *object, uint16_t kind) {
   for (uint8_t i = 0; i < object->count; ++i) {
     uint8_t flags = dictionary_entries[object->first + i].flags;
     if (kind == 1 || (kind == 2 && flags & ENTRY_RX) || (kind == 3 && flags & ENTRY_TX)) return true;
-    if (kind >= 4 && flags & ENTRY_WRITE && !(flags & ENTRY_RX)) return true;
+    if (kind == 4 && flags & ENTRY_SAVED) return true;
+    if (kind == 5 && flags & ENTRY_WRITE && !(flags & ENTRY_RX)) return true;
   }
   return false;
 }
@@ -116,6 +117,7 @@ static uint16_t access_of(const struct entry *entry) {
   if (entry->flags & ENTRY_WRITE) access |= entry->flags & ENTRY_PREOP ? 0x08 : 0x38;
   if (entry->flags & ENTRY_RX) access |= 0x40;
   if (entry->flags & ENTRY_TX) access |= 0x80;
+  if (entry->flags & ENTRY_SAVED) access |= 0x100;
   return access;
 }
 
@@ -134,9 +136,9 @@ static void describe_entry(uint16_t index, uint8_t subindex, uint8_t wanted) {
   data[2] = subindex;
   data[3] = 0;
   put16(data + 4, entry->type);
-  put16(data + 6, 8u * entry->bytes);
+  put16(data + 6, entry->type == TYPE_BOOL ? 1u : 8u * entry->bytes);
   put16(data + 8, access_of(entry));
-  if (entry->type != TYPE_STRING) {
+  if (entry->type != TYPE_STRING && entry->type != TYPE_OCTETS) {
     const uint32_t *values[3] = {&entry->initial, &entry->least, &entry->greatest};
     for (int i = 0; i < 3; ++i) {
       uint8_t bit = (uint8_t)(0x10 << i);

@@ -167,7 +167,7 @@ static bool writable_by_master(uint16_t at) {
 }
 
 bool double_write(uint16_t address, const uint8_t *from, uint16_t bytes) {
-  bool any = false;
+  bool any = false, commands_sii = false;
   for (uint16_t i = 0; i < bytes; ++i) {
     uint16_t at = (uint16_t)(address + i);
     int n = at >= 0x1000 ? manager_of(at) : -1;
@@ -184,8 +184,9 @@ bool double_write(uint16_t address, const uint8_t *from, uint16_t bytes) {
       set_full(registers_of(at), false);
       open[registers_of(at)][0] = open[registers_of(at)][1] = false;
     }
-    if (at == ESC_SII_CONTROL + ESC_SII_CONTROL_COMMAND_LSB / 8) sii_command();
+    if (at == ESC_SII_CONTROL + ESC_SII_CONTROL_COMMAND_LSB / 8) commands_sii = true;
   }
+  if (commands_sii) sii_command(); /* the address came with the same access */
   return any;
 }
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The application of the device on the bus, compiled for this machine, with a double of the slave
-controller in place of the hardware: what a master does to registers and memory, without frames.
+"""The application of the device on the bus, compiled for this machine, with doubles of the slave
+controller and of the flash in place of the hardware: what a master does to registers and memory,
+without frames.
 
 `Host` is one device. Its machine is ideal: an axis with power is where its set-point says, unless a
 test holds it (`held`) or moves it (`positions`).
@@ -43,7 +44,7 @@ BYTES = {side: DEVICE.bytes(side) for side in PLACES}
 
 def sources() -> list[Path]:
     """The application without what only the Nios II system has."""
-    found = [*APPLICATION.glob("*.c"), *APPLICATION.glob("gen/*.c"), *HERE.glob("esc_double*.c")]
+    found = [*APPLICATION.glob("*.c"), *APPLICATION.glob("gen/*.c"), *HERE.glob("*_double.c")]
     return sorted(path for path in found if not path.stem.endswith("_nios"))
 
 
@@ -109,6 +110,8 @@ class AbortedError(Exception):
 class Host:
     """One device after power on. A library has one device: use one at a time."""
 
+    PATIENCE = 50  # rounds of the background until an answer comes
+
     def __init__(self) -> None:
         self.library = ct.CDLL(
             str(build("device.so", "-shared", "-fPIC", "-fsanitize-undefined-trap-on-error",
@@ -118,7 +121,13 @@ class Host:
         self.feedback, self.command = Feedback(), Command()
         self.held: set[int] = set()
         self.counter = 0
+        self.library.flash_double_clear()
+        self.power_on()
+
+    def power_on(self) -> None:
+        """All but the flash begins again."""
         self.library.double_reset()
+        self.library.flash_double_power_on()
         self.library.application_start()
 
     # ---------------------------------------------------------------- the master's accesses
@@ -189,6 +198,11 @@ class Host:
         assert self.ask(OP) == (OP, 0)
         return self
 
+    def to_boot(self) -> Self:
+        self.mailboxes()
+        assert self.ask(BOOT) == (BOOT, 0)
+        return self
+
     # ---------------------------------------------------------------- process data
     def outputs(self, values: dict[tuple[int, int], int] | None = None) -> None:
         """Write SM2 as mapped after reset; what is not in `values` is 0."""
@@ -221,13 +235,16 @@ class Host:
     def coe(self, service: int, data: bytes) -> bytes:
         """A request and its answer after the CoE header; emergencies are put aside."""
         assert self.send(struct.pack("<H", service << 12) + data)
-        self.background()
-        while True:
-            kind, answer = self.receive()
+        for _ in range(self.PATIENCE):
+            self.background()
+            if not (message := self.receive()):
+                continue
+            kind, answer = message
             self.background()
             assert kind == 3, (kind, answer)
             if answer[1] >> 4 != 1:
                 return answer[2:]
+        raise AssertionError("no answer")
 
     def sdo(self, request: bytes) -> bytes:
         answer = self.coe(2, request)

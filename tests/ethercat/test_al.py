@@ -9,19 +9,26 @@ import struct
 import pytest
 
 from sim.bus.gen import esc_regmap
+from sim.bus.gen.esc_regmap import AL_CONTROL, AL_STATUS
 from tests.ethercat import managers
 from tests.ethercat.host import BOOT, DEVICE, ERROR, INIT, OP, PREOP, SAFEOP, Host
 
 
 def in_state(state: int) -> Host:
     host = Host()
-    {INIT: lambda: None, PREOP: host.to_preop, SAFEOP: host.to_safeop, OP: host.to_op}[state]()
+    {
+        INIT: lambda: None,
+        PREOP: host.to_preop,
+        BOOT: host.to_boot,
+        SAFEOP: host.to_safeop,
+        OP: host.to_op,
+    }[state]()
     return host
 
 
 @pytest.mark.parametrize(
     ("state", "wanted"),
-    list(itertools.product((INIT, PREOP, SAFEOP, OP), (INIT, PREOP, BOOT, SAFEOP, OP))),
+    list(itertools.product((INIT, PREOP, BOOT, SAFEOP, OP), repeat=2)),
 )
 def test_every_change__as_the_standard_allows(state, wanted):
     host = in_state(state)
@@ -29,8 +36,12 @@ def test_every_change__as_the_standard_allows(state, wanted):
         host.outputs()
         host.cycle()
     found = host.ask(wanted)
-    if wanted == BOOT:
-        assert found == (state | ERROR, 0x0013 if state == INIT else 0x0011)
+    if state == wanted or (state, wanted) == (BOOT, INIT):
+        assert found == (wanted, 0)
+    elif (state, wanted) == (INIT, BOOT):
+        assert found == (INIT | ERROR, 0x0015)  # the mailbox was not set up
+    elif BOOT in (state, wanted):
+        assert found == (state | ERROR, 0x0011)
     elif wanted > state and (state, wanted) not in ((INIT, PREOP), (PREOP, SAFEOP), (SAFEOP, OP)):
         assert found == (state | ERROR, 0x0011)
     elif (state, wanted) == (INIT, PREOP):
@@ -73,6 +84,27 @@ def test_wrong_mailbox__0016(fault):
     host.mailboxes()
     host.manager(*fault)
     assert host.ask(PREOP) == (INIT | ERROR, 0x0016)
+
+
+def test_boot__needs_the_bootstrap_mailbox_and_leaves_with_it():
+    host = Host()
+    host.manager(0, 0x1000, 256, managers.BOX_OUT)
+    assert host.ask(BOOT) == (INIT | ERROR, 0x0015)
+    host.manager(1, 0x1100, 256, managers.BOX_IN)
+    assert host.ask(BOOT) == (INIT | ERROR, 0x0015)  # not acknowledged
+    assert host.ask(BOOT | ERROR) == (BOOT, 0)
+    host.manager(0, 0x1000, 128, managers.BOX_OUT)
+    host.background()
+    assert host.status == (INIT | ERROR, 0x0015)
+
+
+def test_boot__has_no_coe_and_comes_back_to_op():
+    host = in_state(BOOT)
+    host.send(struct.pack("<HBHB4x", 2 << 12, 0x40, 0x1000, 0))
+    host.background()
+    assert host.receive() == (0, struct.pack("<HH", 1, 2))
+    assert host.ask(INIT) == (INIT, 0)
+    assert host.to_op().get(0x1000) == 0xFFFF0192
 
 
 RX, TX = DEVICE.bytes("rx"), DEVICE.bytes("tx")
@@ -140,6 +172,39 @@ def test_init__acknowledges_an_error_and_a_lower_state_keeps_it():
     assert host.ask(PREOP) == (PREOP | ERROR, 0x0011)
     assert host.ask(INIT) == (INIT, 0)
     assert host.ask(PREOP) == (PREOP, 0)
+
+
+IDENTIFY, IDENTIFIED = AL_CONTROL.word(identification=1), AL_STATUS.word(identification=1)
+
+
+@pytest.mark.parametrize("state", [INIT, PREOP, SAFEOP, OP])
+def test_identification__is_the_code_while_it_is_asked_for(state):
+    host = Host().to_preop()
+    host.put(0x2021, 0, 0xA5C3)
+    host.ask(INIT)
+    {INIT: lambda: None, PREOP: host.to_preop, SAFEOP: host.to_safeop, OP: host.to_op}[state]()
+    assert host.ask(state | IDENTIFY) == (state | IDENTIFIED, 0xA5C3)
+    assert host.ask(state) == (state, 0)
+
+
+def test_identification__is_no_error_and_comes_with_a_change_of_state():
+    host = Host()
+    host.mailboxes()
+    assert host.ask(PREOP | IDENTIFY) == (PREOP | IDENTIFIED, 0)  # none was given
+    host.put(0x2021, 0, 7)
+    host.process_managers()
+    assert host.ask(SAFEOP | IDENTIFY) == (SAFEOP | IDENTIFIED, 7)  # unacknowledged: not an error
+
+
+def test_identification__error_has_the_code_first():
+    host = in_state(PREOP)
+    host.put(0x2021, 0, 7)
+    assert host.ask(OP | IDENTIFY) == (PREOP | ERROR, 0x0011)
+    assert host.ask(PREOP | IDENTIFY) == (PREOP | ERROR, 0x0011)
+    assert host.ask(PREOP | IDENTIFY | ERROR) == (PREOP | IDENTIFIED, 7)
+    host.manager(0, 0x1000, 200, managers.BOX_OUT)
+    host.background()
+    assert host.status == (INIT | ERROR, 0x0016)
 
 
 def test_manager_that_the_device_does_not_use__0017():

@@ -107,7 +107,8 @@ def test_fixed_words_of_the_image():
     assert struct.unpack_from("<4I", IMAGE, 16) == tuple(
         DEVICE.device[k] for k in ("vendor", "product", "revision", "serial")
     )
-    assert struct.unpack_from("<5H", IMAGE, 0x30) == (0x1000, 256, 0x1100, 256, 4)
+    assert struct.unpack_from("<5H", IMAGE, 0x30) == (0x1000, 256, 0x1100, 256, 12)
+    assert IMAGE[0x28:0x30] == IMAGE[0x30:0x38]  # the bootstrap mailbox
     kilobits, version = struct.unpack_from("<2H", IMAGE, 0x7C)
     assert (kilobits + 1) * 128 == len(IMAGE) and version == 1
     found = categories(IMAGE)
@@ -115,6 +116,7 @@ def test_fixed_words_of_the_image():
     assert len(found[30]) == 32 and len(found[41]) == 32 and len(found[60]) == 48
     assert found[30][5] == 0x2F  # as CoE of the ESI file below
     assert found[30][9] == DEVICE.device["axes"]
+    assert found[30][11] == 0x08  # as IdentificationReg134 of the ESI file below
     assert strings(found[10])[found[30][3]] == DEVICE.device["name"]
 
 
@@ -134,6 +136,9 @@ def test_sii_and_esi__tell_the_same_device(device):
     )
     assert bytes.fromhex(device.findtext("Eeprom/ConfigData")) == IMAGE[:14]
     assert int(device.findtext("Eeprom/ByteSize")) == len(IMAGE)
+    assert (device.findtext("Info/IdentificationReg134") == "true") == bool(found[30][11] & 0x08)
+    assert bytes.fromhex(device.findtext("Eeprom/BootStrap")) == IMAGE[0x28:0x30]
+    assert (device.find("Mailbox/FoE") is not None) == bool(found[30][6] & 1)
     coe = device.find("Mailbox/CoE")
     flags = ("SdoInfo", "PdoAssign", "PdoConfig", "PdoUpload", "CompleteAccess")
     assert found[30][5] == 1 | sum(
@@ -164,7 +169,7 @@ def test_esi__every_type_is_defined_and_every_size_fits(device):
         data = [d.text or "" for d in one.iter("DefaultData")]
         sizes = [int(i.findtext("BitSize")) for i in items] or [int(one.findtext("BitSize"))]
         assert [8 * len(bytes.fromhex(d)) for d in data if d] == [
-            size for size, d in zip(sizes, data, strict=True) if d
+            max(8, size) for size, d in zip(sizes, data, strict=True) if d
         ]
 
 
@@ -186,6 +191,8 @@ def test_esi__every_type_is_defined_and_every_size_fits(device):
         ('field = "pose[0]"', 'field = "pose[0"', "field 'pose[0' is no C name"),
         ("[mailbox]", "[mailbocks]", "unknown table mailbocks"),
         ("[device]", "[device", "line 11"),
+        ('kind = "info"', 'kind = "note"', "diagnosis FIRMWARE: kind 'note'"),
+        ("bytes = 480", "bytes = 480\nstored = true", "2020:00: stored, but not a number"),
     ],
 )
 def test_wrong_source__is_told_with_its_place(tmp_path, before, after, message):

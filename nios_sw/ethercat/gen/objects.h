@@ -11,6 +11,7 @@
 #define MAILBOX_OUT 0x1000u
 #define MAILBOX_IN 0x1100u
 #define MAILBOX_BYTES 256
+#define FOE_PASSWORD 0x4D544657u
 #define PROCESS_OUTPUTS 0x1200u
 #define PROCESS_INPUTS 0x1800u
 #define PROCESS_BYTES 512
@@ -20,6 +21,15 @@
 #define MAP_ENTRIES 10 /* of one PDO */
 #define RX_MAP 0x1600u
 #define TX_MAP 0x1A00u
+#define DIAGNOSIS_AL_ERROR 1
+#define DIAGNOSIS_AXIS_ERROR 2
+#define DIAGNOSIS_DAMAGED 3
+#define DIAGNOSIS_REFUSED 4
+#define DIAGNOSIS_NOT_STORED 5
+#define DIAGNOSIS_NO_FIRMWARE 6
+#define DIAGNOSIS_FIRMWARE 7
+#define DIAGNOSIS_KINDS {0, 2, 2, 1, 1, 2, 2, 0} /* by text: 0 info, 1 warning, 2 error */
+#define DIAGNOSIS_MESSAGES 16
 #define SII_BYTES 2048
 #define AXIS_FIRST 0x6000u
 #define AXIS_STEP 0x800u
@@ -73,12 +83,15 @@ struct axis_objects {
 struct objects {
   uint32_t device_type; /* 1000 */
   uint8_t error_register; /* 1001 */
+  uint32_t save_all; /* 1010 */
+  uint32_t load_all; /* 1011 */
   uint32_t vendor; /* 1018 */
   uint32_t product; /* 1018 */
   uint32_t revision; /* 1018 */
   uint32_t serial; /* 1018 */
   uint32_t local_error_reaction; /* 10F1 */
   uint16_t sync_error_limit; /* 10F1 */
+  uint8_t diagnosis_message[16][23]; /* 10F3 */
   uint8_t sync_manager_type[4]; /* 1C00 */
   float gain_position[5]; /* 2000 */
   float gain_speed[5]; /* 2001 */
@@ -86,6 +99,8 @@ struct objects {
   float pose[5]; /* 2010, m */
   float increment[5]; /* 2011 */
   char label[480]; /* 2020 */
+  uint16_t identification; /* 2021 */
+  uint8_t stored_state; /* 2022 */
   uint32_t pass_cycles; /* 2030 */
   uint32_t pass_longest; /* 2030 */
   uint8_t digital_inputs; /* 8800 */
@@ -93,6 +108,13 @@ struct objects {
   uint8_t output_error_mode; /* 8A06 */
   uint8_t output_error_value; /* 8A07 */
   uint32_t io_device_type; /* 8FFF */
+  struct { /* 10F3 */
+    uint8_t maximum;
+    uint8_t newest;
+    uint8_t acknowledged;
+    uint8_t available;
+    uint16_t flags;
+  } diagnosis;
   struct { /* 1C32 */
     uint16_t type;
     uint32_t cycle;

@@ -9,6 +9,7 @@ from sim.bus.coe import sii
 from sim.bus.coe.dictionary import (
     AXIS_FIRST,
     AXIS_STEP,
+    DIAGNOSIS_KINDS,
     KINDS,
     MAP_ENTRIES,
     TYPES,
@@ -30,6 +31,7 @@ def header(device: Device) -> str:
     """gen/objects.h: constants of the device and where the values are."""
     head, mailbox, process = device.device, device.mailbox, device.process_data
     own = [o for o in device.own if not o.special]
+    kinds = ", ".join(str(DIAGNOSIS_KINDS.index(one.kind)) for one in device.diagnosis)
     maps = max(len(device.direction("rx")), len(device.direction("tx")))
     lines = [
         "/* SPDX-License-Identifier: Apache-2.0 */",
@@ -45,6 +47,7 @@ def header(device: Device) -> str:
         f"#define MAILBOX_OUT 0x{mailbox['out']:04X}u",
         f"#define MAILBOX_IN 0x{mailbox['in']:04X}u",
         f"#define MAILBOX_BYTES {mailbox['bytes']}",
+        f"#define FOE_PASSWORD 0x{mailbox['foe_password']:08X}u",
         f"#define PROCESS_OUTPUTS 0x{process['outputs']:04X}u",
         f"#define PROCESS_INPUTS 0x{process['inputs']:04X}u",
         f"#define PROCESS_BYTES {process['bytes']}",
@@ -54,6 +57,9 @@ def header(device: Device) -> str:
         f"#define MAP_ENTRIES {MAP_ENTRIES} /* of one PDO */",
         f"#define RX_MAP 0x{device.direction('rx')[0].index:04X}u",
         f"#define TX_MAP 0x{device.direction('tx')[0].index:04X}u",
+        *(f"#define DIAGNOSIS_{one.name} {n}" for n, one in enumerate(device.diagnosis, start=1)),
+        f"#define DIAGNOSIS_KINDS {{0, {kinds}}} /* by text: 0 info, 1 warning, 2 error */",
+        f"#define DIAGNOSIS_MESSAGES {device.object(0x10F3).entry(1).default}",
         f"#define SII_BYTES {sii.BYTES}",
         f"#define AXIS_FIRST 0x{AXIS_FIRST:04X}u",
         f"#define AXIS_STEP 0x{AXIS_STEP:X}u",
@@ -84,7 +90,7 @@ def header(device: Device) -> str:
 
 def members(objects: list[Object]) -> list[str]:
     """Declarations of the fields: `a`, `a[2]` and `a.b`."""
-    plain: dict[str, tuple[str, int]] = {}
+    plain: dict[str, tuple[str, int | str]] = {}
     nested: dict[str, list[str]] = {}
     notes: dict[str, str] = {}
     for one in objects:
@@ -99,7 +105,7 @@ def members(objects: list[Object]) -> list[str]:
                 continue
             name, _, count = outer.rstrip("]").partition("[")
             elements = entry.bytes if entry.type == "string" else int(count) + 1 if count else 0
-            plain[name] = (c, elements)
+            plain[name] = (c, f"{elements}][{entry.bytes}" if entry.type == "octets" else elements)
             notes.setdefault(name, f"{one.index:04X}" + (f", {entry.unit}" if entry.unit else ""))
     lines = [
         f"  {c} {name}{f'[{count}]' if count else ''}; /* {notes[name]} */"
@@ -161,7 +167,8 @@ def lists(device: Device) -> list[int]:
     mapped = [
         sum(any(e.pdo == side for e in o.entries) for o in device.objects) for side in ("rx", "tx")
     ]
-    return [len(device.objects), *mapped, sum(settings), sum(settings)]
+    stored = [any(e.stored for e in o.entries) for o in device.objects]
+    return [len(device.objects), *mapped, sum(stored), sum(settings)]
 
 
 def object_row(one: Object, first: int) -> str:
@@ -175,13 +182,15 @@ def object_row(one: Object, first: int) -> str:
 def entry_row(entry: Entry, one: Object, values: dict[tuple[int, ...], str]) -> str:
     flags = {"ro": [], "rw": ["ENTRY_WRITE"], "const": [], "preop": ["ENTRY_WRITE", "ENTRY_PREOP"]}
     flag = list(flags[entry.access])
+    if entry.stored:
+        flag.append("ENTRY_SAVED")
     if entry.pdo:
         flag.append("ENTRY_RX" if entry.pdo == "rx" else "ENTRY_TX")
     least = greatest = initial = 0
     if entry.limits:
         flag.append("ENTRY_LIMITS")
         least, greatest = (word(entry, value) for value in entry.limits)
-    if entry.type != "string":
+    if entry.type not in ("string", "octets"):
         initial = word(entry, entry.default)
     place = "0"
     if entry.field:

@@ -41,6 +41,7 @@ class Type:
 
 
 TYPES = {
+    "bool": Type(0x01, "BOOL", 1, "B", "uint8_t"),
     "i8": Type(0x02, "SINT", 8, "b", "int8_t"),
     "i16": Type(0x03, "INT", 16, "h", "int16_t"),
     "i32": Type(0x04, "DINT", 32, "i", "int32_t"),
@@ -49,6 +50,7 @@ TYPES = {
     "u32": Type(0x07, "UDINT", 32, "I", "uint32_t"),
     "f32": Type(0x08, "REAL", 32, "f", "float"),
     "string": Type(0x09, "STRING", 0, "s", "char"),
+    "octets": Type(0x0A, "OCTET_STRING", 0, "s", "uint8_t"),
 }
 ACCESS = ("ro", "rw", "const", "preop")
 FIELD = re.compile(r"[A-Za-z_]\w*(\[\d+\]|\.[A-Za-z_]\w*)?", re.ASCII)
@@ -72,10 +74,11 @@ class Entry:
     unit: str = ""
     doc: str = ""
     bytes: int = 0
+    stored: bool = False  # by object 1010
 
     @property
     def bits(self) -> int:
-        return 8 * self.bytes
+        return 1 if self.type == "bool" else 8 * self.bytes
 
     @property
     def format(self) -> str:
@@ -86,6 +89,8 @@ class Entry:
         """The default as it is in memory."""
         if self.type == "string":
             return str(self.default or "").encode()
+        if self.type == "octets":
+            return bytes(self.bytes)
         return struct.pack(self.format, self.default)
 
 
@@ -119,6 +124,19 @@ class Pdo:
         return sum(bits for _, _, bits in self.entries) // 8
 
 
+DIAGNOSIS_KINDS = ("info", "warning", "error")
+
+
+@dataclass(frozen=True)
+class Text:
+    """A text of the diagnosis history: name in C, kind (DIAGNOSIS_KINDS), text with `%x` or `%d`
+    for two parameters."""
+
+    name: str
+    kind: str
+    text: str
+
+
 @dataclass(frozen=True)
 class Device:
     """All of the device. `objects` by rising index."""
@@ -128,6 +146,7 @@ class Device:
     process_data: dict[str, int]
     objects: tuple[Object, ...]
     pdos: tuple[Pdo, ...]
+    diagnosis: tuple[Text, ...]
 
     @property
     def own(self) -> list[Object]:
@@ -175,7 +194,8 @@ def load(path: Path = SOURCE) -> Device:
 class _Reader:
     def __init__(self, document: dict[str, Any]) -> None:
         unknown = set(document) - {
-            *("device", "mailbox", "process_data", "pdo", "device_pdo", "object", "axis_object")
+            *("device", "mailbox", "process_data", "pdo", "device_pdo", "object", "axis_object"),
+            "diagnosis",
         }
         if unknown:
             raise DictionaryError(f"unknown table {', '.join(sorted(unknown))}")
@@ -202,7 +222,16 @@ class _Reader:
             if before.index == after.index:
                 raise DictionaryError(f"object {after.index:04X} appears twice")
         mailbox, process_data = self.document["mailbox"], self.document["process_data"]
-        return Device(self.head, mailbox, process_data, tuple(every), tuple(pdos))
+        texts = tuple(self.text(record) for record in self.document["diagnosis"])
+        return Device(self.head, mailbox, process_data, tuple(every), tuple(pdos), texts)
+
+    def text(self, record: dict[str, Any]) -> Text:
+        found = Text(**record)
+        if found.kind not in DIAGNOSIS_KINDS:
+            raise DictionaryError(
+                f"diagnosis {found.name}: kind {found.kind!r}, not of {', '.join(DIAGNOSIS_KINDS)}"
+            )
+        return found
 
     def object(self, record: dict[str, Any]) -> Object:
         place = f"object {record['index']:04X}"
@@ -216,8 +245,21 @@ class _Reader:
         if "record" in rest:
             fields = enumerate(rest["record"], start=1)
             entries = [self.entry(dict(entry), at, place) for at, entry in fields]
+            entries += self.messages(rest.get("messages"), len(entries), place)
             return Object(index, name, "record", counted(entries), doc)
         return Object(index, name, "var", (self.entry({**rest, "name": name}, 0, place),), doc)
+
+    def messages(self, rest: dict[str, Any] | None, before: int, place: str) -> list[Entry]:
+        """Octet strings after the other entries of a record."""
+        if not rest:
+            return []
+        found = []
+        for n in range(rest["count"]):
+            name, field = f"{rest['name']} {n + 1}", f"{rest['field']}[{n}]"
+            entry = {"name": name, "field": field, "bytes": rest["bytes"]}
+            entry |= {"type": "octets", "access": "ro"}
+            found.append(self.entry(entry, before + n + 1, place))
+        return found
 
     def array(self, rest: dict[str, Any], place: str) -> list[Entry]:
         count, element, base = rest.pop("count"), rest.pop("element"), rest.pop("field")
@@ -249,6 +291,8 @@ class _Reader:
             raise DictionaryError(f"{place}: pdo {rest['pdo']!r}, not rx or tx")
         if rest.get("pdo") == "rx" and rest["access"] != "rw":
             raise DictionaryError(f"{place}: the master maps it as output but may not write it")
+        if rest.get("stored") and (rest["access"] != "rw" or rest["type"] == "string"):
+            raise DictionaryError(f"{place}: stored, but not a number that the master may write")
         default = rest.get("default", 0)
         if isinstance(default, str) and default.startswith("@"):
             rest["default"] = default = self.head[default[1:]]
@@ -257,8 +301,8 @@ class _Reader:
                 rest[key] = tuple(rest[key])
         if rest["type"] == "string":
             rest.setdefault("bytes", len(str(default or "")))
-        else:
-            rest["bytes"] = TYPES[rest["type"]].bits // 8
+        elif rest["type"] != "octets":
+            rest["bytes"] = (TYPES[rest["type"]].bits + 7) // 8
         found = Entry(subindex=subindex, **rest)
         if not found.field and found.type != "string":
             raise DictionaryError(f"{place}: no field")

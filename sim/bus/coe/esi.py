@@ -39,6 +39,7 @@ def document(device: Device) -> str:
     mailbox = ET.SubElement(one, "Mailbox", {"DataLinkLayer": "1"})
     services = ("SdoInfo", "PdoAssign", "PdoConfig", "CompleteAccess", "SegmentedSdo")
     ET.SubElement(mailbox, "CoE", dict.fromkeys(services, "1"))
+    ET.SubElement(mailbox, "FoE")
     clock = child(one, "Dc")
     for name, cycle, activate in sii.modes(device):
         text = "with SYNC0" if activate else "with the outputs"
@@ -47,7 +48,8 @@ def document(device: Device) -> str:
             put(mode, "CycleTimeSync0", str(cycle), Factor="0")
             put(mode, "ShiftTimeSync0", "0")
     image = sii.image(device)
-    child(one, "Eeprom", ByteSize=len(image), ConfigData=image[:14].hex().upper())
+    eeprom = child(one, "Eeprom", ByteSize=len(image), ConfigData=image[:14].hex().upper())
+    put(eeprom, "BootStrap", sii.mailboxes(device).hex().upper())
     ET.indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
 
@@ -72,14 +74,16 @@ def hexadecimal(value: int, digits: int = 8) -> str:
 
 def info(one: ET.Element, device: Device) -> None:
     process = device.process_data
+    found = child(one, "Info")
     child(
-        child(child(one, "Info"), "StateMachine"),
+        child(found, "StateMachine"),
         "Timeout",
         PreopTimeout=process["timeout_preop_ms"],
         SafeopOpTimeout=process["timeout_safeop_op_ms"],
         BackToInitTimeout=process["timeout_back_ms"],
         BackToSafeopTimeout=process["timeout_back_ms"],
     )
+    put(found, "IdentificationReg134", "true")
 
 
 def managers(one: ET.Element, device: Device) -> None:
@@ -110,8 +114,13 @@ def process_data(one: ET.Element, device: Device, pdo: Pdo, tag: str, manager: i
 
 def profile(one: ET.Element, device: Device) -> None:
     """Profile with the dictionary: data types first, then the objects that use them."""
-    dictionary = child(child(one, "Profile", ProfileNo=402), "Dictionary")
+    found = child(one, "Profile", ProfileNo=402)
+    dictionary = child(found, "Dictionary")
     types, objects = child(dictionary, "DataTypes"), child(dictionary, "Objects")
+    texts = child(found, "DiagMessages")
+    for number, text in enumerate(device.diagnosis, start=1):
+        message = child(texts, "DiagMessage", TextId=hexadecimal(number, 4))
+        put(message, "MessageText", text.text, LcId="1033")
     done: set[str] = set()
     for one_object in device.objects:
         name, bits = type_of(one_object)
@@ -126,11 +135,12 @@ def type_of(found: Object) -> tuple[str, int]:
     subindex 0 in the first."""
     if found.kind == "var":
         return plain(found.entries[0]), found.entries[0].bits
-    return f"DT{found.index:04X}", 16 + sum(e.bits for e in found.entries[1:])
+    return f"DT{found.index:04X}", 16 + sum(8 * e.bytes for e in found.entries[1:])
 
 
 def plain(entry: Entry) -> str:
-    return f"STRING({entry.bytes})" if entry.type == "string" else TYPES[entry.type].name
+    name = TYPES[entry.type].name
+    return f"{name}({entry.bytes})" if entry.type in ("string", "octets") else name
 
 
 def describe_type(types: ET.Element, found: Object, name: str, bits: int, done: set[str]) -> None:
@@ -146,7 +156,7 @@ def describe_type(types: ET.Element, found: Object, name: str, bits: int, done: 
         item = child(kind, "SubItem", SubIdx=entry.subindex, Name=entry.name, Type=plain(entry),
                      BitSize=entry.bits, BitOffs=at)  # fmt: skip
         flags(item, entry)
-        at += entry.bits if entry.subindex else 16
+        at += 8 * entry.bytes if entry.subindex else 16
 
 
 def flags(parent: ET.Element, entry: Entry) -> None:
@@ -156,6 +166,8 @@ def flags(parent: ET.Element, entry: Entry) -> None:
         access.set("WriteRestrictions", "PreOP")
     if entry.pdo:
         put(found, "PdoMapping", "R" if entry.pdo == "rx" else "T")
+    if entry.stored:
+        put(found, "Backup", "1")
 
 
 def describe(objects: ET.Element, found: Object, name: str, bits: int) -> None:

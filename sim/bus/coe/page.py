@@ -15,7 +15,8 @@ What a master reads and writes by SDO, and what it may map into process data; wh
 `nios_sw/ethercat/gen/microtick.xml` and the SII image `nios_sw/ethercat/gen/sii.hex`; `make gen`
 writes them.
 
-`preop`: written in PREOP only. `rx`, `tx`: may be mapped, from the master or to it. An increment
+`preop`: written in PREOP only. `rx`, `tx`: may be mapped, from the master or to it. `stored`:
+1010 saves it. An increment
 (inc) is a length or an angle: object 2011."""
 
 
@@ -42,6 +43,9 @@ def page(device: Device) -> str:
             place = f"{one.index:04X}:{entry.subindex:02X}"
             rows.append([str(at), f"{pdo.index:04X}", place, name])
         lines += table(["byte", "PDO", "object", ""], rows) + [""]
+    lines += ["## Texts of the diagnosis history", ""]
+    texts = enumerate(device.diagnosis, start=1)
+    lines += table(["text", "kind", ""], [[str(n), one.kind, one.text] for n, one in texts]) + [""]
     return "\n".join(lines)
 
 
@@ -59,7 +63,9 @@ def objects(found: list[Object]) -> list[str]:
                     f"{entry.subindex:02X}",
                     entry.name,
                     TYPES[entry.type].name,
-                    entry.access + (f" {entry.pdo}" if entry.pdo else ""),
+                    entry.access
+                    + (f" {entry.pdo}" if entry.pdo else "")
+                    + " stored" * entry.stored,
                     default(entry, one),
                     bounds(entry),
                     " ".join(filter(None, [f"[{entry.unit}]" if entry.unit else "", entry.doc]))

@@ -14,7 +14,9 @@ from sim.bus.coe.dictionary import TYPES, Device
 BYTES = 2048
 STRINGS, GENERAL, FMMU, SYNC_MANAGER, TX_PDO, RX_PDO, CLOCK = 10, 30, 40, 41, 50, 51, 60
 END = 0xFFFF
-COE_PROTOCOL = 0x0004
+COE_PROTOCOL, FOE_PROTOCOL = 0x0004, 0x0008
+FOE_DETAILS = 0x01  # FoE is there
+IDENTIFIES = 0x08  # flag of the general category: the AL status code shows the identification value
 # CoE details: SDO, SDO information, PDO assignment, PDO configuration, complete access.
 COE_DETAILS = 0x01 | 0x02 | 0x04 | 0x08 | 0x20
 
@@ -51,14 +53,12 @@ class Strings:
 
 def image(device: Device) -> bytes:
     """The whole image, padded with 0xFF."""
-    head, mailbox = device.device, device.mailbox
+    head = device.device
     area = struct.pack("<4H", *head["pdi"]) + bytes(6)  # alias and two reserved words
     area += struct.pack("<H", crc8(area))
     area += struct.pack("<4I", *(head[k] for k in ("vendor", "product", "revision", "serial")))
-    area += bytes(8) + bytes(8)  # reserved; no bootstrap mailbox
-    area += struct.pack(
-        "<5H", mailbox["out"], mailbox["bytes"], mailbox["in"], mailbox["bytes"], COE_PROTOCOL
-    )
+    area += bytes(8) + 2 * mailboxes(device)  # reserved; bootstrap, standard
+    area += struct.pack("<H", COE_PROTOCOL | FOE_PROTOCOL)
     area += bytes(2 * 0x3E - len(area)) + struct.pack("<2H", BYTES * 8 // 1024 - 1, 1)
     strings = Strings()
     strings.number(head["name"])  # masters take the first string for the name
@@ -78,6 +78,12 @@ def image(device: Device) -> bytes:
     return whole.ljust(BYTES, b"\xff")
 
 
+def mailboxes(device: Device) -> bytes:
+    """Start and length of the mailbox from the master, and of that to it; the same in BOOT."""
+    mailbox = device.mailbox
+    return struct.pack("<4H", mailbox["out"], mailbox["bytes"], mailbox["in"], mailbox["bytes"])
+
+
 def category(kind: int, body: bytes) -> bytes:
     body += bytes(len(body) % 2)
     return struct.pack("<2H", kind, len(body) // 2) + body
@@ -91,10 +97,10 @@ def general(device: Device, strings: Strings) -> bytes:
         *(strings.number(name) for name in names),
         0,
         COE_DETAILS,
-        *(0, 0, 0),  # FoE, EoE, channels of SoE
+        *(FOE_DETAILS, 0, 0),  # FoE, EoE, channels of SoE
         head["axes"],  # channels of CiA 402
         0,  # class of sync managers
-        0,  # flags
+        IDENTIFIES,  # flags
         0,  # current of the E-bus
         *(0, 0),
         0x0011,  # ports 0 and 1: MII
