@@ -40,6 +40,7 @@ static struct axis {
   struct profile profile;
   struct motion motion;
   int32_t home, last_actual;
+  float torque;   /* of profile torque, 0.1 % */
   float velocity; /* actual, filtered, increments/s */
   uint32_t beyond;  /* cycles outside of the following error window */
   uint32_t settles; /* cycles of a stop since its set-point came to rest */
@@ -52,6 +53,8 @@ static struct axis {
   bool behind;   /* a target, because of a limit */
   bool attained; /* homed since power on: a change of the mode leaves it */
 } axes[AXES];
+
+static int turn; /* the axis that may plan a change of speed in this cycle, so that no pass gets long */
 
 void axis_start(int n) {
   struct axis *axis = &axes[n];
@@ -122,6 +125,8 @@ static void begin_mode(struct axis *axis, int n) {
   axis->limited = axis->clipped = axis->behind = false;
   axis->control_was = objects.axis[n].controlword;
   profile_start(&axis->profile);
+  if (axis->mode == MODE_PROFILE_VELOCITY) axis->profile.reached = false;
+  if (axis->mode == MODE_PROFILE_TORQUE) axis->torque = (float)objects.axis[n].torque_actual;
   if (axis->mode == MODE_CSV) {
     interpolator_start(&axis->interpolator, (int32_t)axis->point.velocity, 0, period);
   } else {
@@ -167,6 +172,29 @@ static void follow_velocity(struct axis *axis, const struct axis_objects *o, boo
   axis->limited = limiter_run(&axis->point, (float)out.whole + out.part, out.slope * rate, &limits);
 }
 
+/* The torque within its limit, instead of the law's. */
+static void give_torque(struct axis *axis, const struct axis_objects *o, const struct axis_feedback *feedback,
+                        int32_t torque, struct axis_command *command) {
+  axis->limited = torque > o->max_torque || torque < -(int32_t)o->max_torque;
+  if (torque > o->max_torque) torque = o->max_torque;
+  if (torque < -(int32_t)o->max_torque) torque = -(int32_t)o->max_torque;
+  if (torque > 32767) torque = 32767;
+  if (torque < -32768) torque = -32768;
+  command->torque = (int16_t)torque;
+  command->torque_only = true;
+  axis->point = (struct setpoint){.whole = feedback->position, .velocity = axis->velocity};
+}
+
+/* Profile torque: the target along the slope. */
+static void slope_torque(struct axis *axis, const struct axis_objects *o) {
+  float away = (float)o->target_torque - axis->torque, step = (float)o->torque_slope * CYCLE_S;
+  if (fabsf(away) <= step) {
+    axis->torque = (float)o->target_torque;
+  } else {
+    axis->torque += away > 0.0f ? step : -step;
+  }
+}
+
 static void home(struct axis *axis, const struct axis_objects *o, int32_t actual, uint16_t rising) {
   setpoint_brake(&axis->point, (float)o->profile_acceleration, CYCLE_S);
   if (rising & 0x10u) axis->attained = false;
@@ -182,7 +210,7 @@ static void run_mode(struct axis *axis, int n, const struct axis_feedback *feedb
   struct axis_objects *o = &objects.axis[n];
   uint16_t rising = o->controlword & (uint16_t)~axis->control_was;
   float rate = axis->interpolator.per_span * (1024.0f * CYCLES_PER_S);
-  int32_t torque;
+  struct limits limits;
   switch (axis->mode) {
     case MODE_CSP:
       follow_position(axis, o, fresh, rate);
@@ -194,15 +222,15 @@ static void run_mode(struct axis *axis, int n, const struct axis_feedback *feedb
       command->torque = o->torque_offset;
       break;
     case MODE_CST:
-      torque = o->target_torque + o->torque_offset;
-      axis->limited = torque > o->max_torque || torque < -(int32_t)o->max_torque;
-      if (torque > o->max_torque) torque = o->max_torque;
-      if (torque < -(int32_t)o->max_torque) torque = -(int32_t)o->max_torque;
-      if (torque > 32767) torque = 32767;
-      if (torque < -32768) torque = -32768;
-      command->torque = (int16_t)torque;
-      command->torque_only = true;
-      axis->point = (struct setpoint){.whole = feedback->position, .velocity = axis->velocity};
+      give_torque(axis, o, feedback, o->target_torque + o->torque_offset, command);
+      break;
+    case MODE_PROFILE_TORQUE:
+      slope_torque(axis, o);
+      give_torque(axis, o, feedback, (int32_t)axis->torque, command);
+      break;
+    case MODE_PROFILE_VELOCITY:
+      limits = limits_of(axis, o);
+      axis->limited = profile_run(&axis->profile, o, &axis->point, &limits, turn == n);
       break;
     case MODE_PROFILE_POSITION:
       if (rising & 0x10u) {
@@ -215,7 +243,7 @@ static void run_mode(struct axis *axis, int n, const struct axis_feedback *feedb
       home(axis, o, feedback->position, rising);
       break;
     default: /* no mode: comes to a stop */
-      setpoint_brake(&axis->point, (float)o->profile_acceleration, CYCLE_S);
+      setpoint_brake(&axis->point, (float)o->profile_deceleration, CYCLE_S);
   }
   axis->control_was = o->controlword;
 }
@@ -235,7 +263,7 @@ static void measure(struct axis *axis, struct axis_objects *o, const struct axis
  * cycle. */
 static void supervise(struct axis *axis, int n, const struct axis_feedback *feedback) {
   struct axis_objects *o = &objects.axis[n];
-  bool tracks = axis->powered && axis->mode != MODE_CST;
+  bool tracks = axis->powered && axis->mode != MODE_CST && axis->mode != MODE_PROFILE_TORQUE;
   int32_t error = tracks ? (int32_t)((uint32_t)axis->point.whole - (uint32_t)feedback->position) : 0;
   uint32_t size = error < 0 ? 0u - (uint32_t)error : (uint32_t)error;
   o->following_error = error;
@@ -297,7 +325,7 @@ static void stop(struct axis *axis, int n, const struct axis_feedback *feedback,
   axis->point = axis->next;
   if (axis->point.velocity == 0.0f && axis->settles < SETTLE_CYCLES) ++axis->settles;
   setpoint_brake(&axis->next,
-                 (float)(ramp == RAMP_PROFILE ? o->profile_acceleration : o->quick_stop_deceleration), CYCLE_S);
+                 (float)(ramp == RAMP_PROFILE ? o->profile_deceleration : o->quick_stop_deceleration), CYCLE_S);
   axis->point.acceleration = axis->next.acceleration;
   begin_mode(axis, n);
 }
@@ -309,13 +337,19 @@ static uint16_t status_of(const struct axis *axis, const struct axis_objects *o)
   bool runs = axis->machine.state == DRIVE_ENABLED && !stops;
   if (al_state() == AL_OP) status |= STATUS_REMOTE;
   if (axis->limited) status |= STATUS_LIMIT;
-  if (axis->beyond && axis->mode != MODE_HOMING && axis->mode != MODE_CSV) {
-    status |= STATUS_FOLLOWING_ERROR;
-  }
+  /* In the other modes bit 13 has another meaning, or none. */
+  if (axis->beyond && (axis->mode == MODE_PROFILE_POSITION || axis->mode == MODE_CSP)) status |= STATUS_FOLLOWING_ERROR;
   switch (axis->mode) {
     case MODE_PROFILE_POSITION:
       if (axis->profile.acknowledged) status |= STATUS_MODE_12;
       if (stops ? still : axis->profile.reached) status |= STATUS_REACHED;
+      break;
+    case MODE_PROFILE_VELOCITY:
+      if (axis->profile.zero) status |= STATUS_MODE_12;
+      if (stops ? still : runs && axis->profile.reached) status |= STATUS_REACHED;
+      break;
+    case MODE_PROFILE_TORQUE:
+      if (stops ? still : runs && axis->torque == (float)o->target_torque && !axis->limited) status |= STATUS_REACHED;
       break;
     case MODE_HOMING:
       if (axis->attained) status |= STATUS_MODE_12;
@@ -330,13 +364,14 @@ static uint16_t status_of(const struct axis *axis, const struct axis_objects *o)
 
 static bool supported(int8_t mode) {
   return mode == 0 || mode == MODE_PROFILE_POSITION || mode == MODE_HOMING ||
-         (mode >= MODE_CSP && mode <= MODE_CST);
+         mode == MODE_PROFILE_VELOCITY || mode == MODE_PROFILE_TORQUE || (mode >= MODE_CSP && mode <= MODE_CST);
 }
 
 void axis_cycle(int n, const struct axis_feedback *feedback, bool fresh, struct axis_command *command) {
   struct axis *axis = &axes[n];
   struct axis_objects *o = &objects.axis[n];
   enum drive_ramp ramp;
+  if (n == 0) turn = (turn + 1) % AXES;
   *command = (struct axis_command){0};
   measure(axis, o, feedback);
   cia402_step(&axis->machine, o, al_state() == AL_OP, rests(axis));
@@ -368,6 +403,7 @@ void axis_cycle(int n, const struct axis_feedback *feedback, bool fresh, struct 
   axis->stops = command->power && ramp != RAMP_NONE;
   if (!axis->stops) axis->settles = 0;
   if (axis->mode == MODE_PROFILE_POSITION) profile_watch(&axis->profile, o, feedback->position);
+  if (axis->mode == MODE_PROFILE_VELOCITY) profile_watch_speed(&axis->profile, o, axis->velocity);
   o->position_demand = (int32_t)((uint32_t)axis->point.whole + (uint32_t)axis->home);
   o->statusword = status_of(axis, o);
   command->position = axis->point.whole;

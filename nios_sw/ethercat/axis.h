@@ -9,6 +9,8 @@
 #include "application.h"
 
 #define MODE_PROFILE_POSITION 1
+#define MODE_PROFILE_VELOCITY 3
+#define MODE_PROFILE_TORQUE 4
 #define MODE_HOMING 6
 #define MODE_CSP 8
 #define MODE_CSV 9

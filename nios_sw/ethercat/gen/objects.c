@@ -11,7 +11,7 @@ static const int8_t values2[] = {1, 34};
 static const int8_t values3[] = {5, 0, 1, 2, 5, 6};
 static const int8_t values4[] = {2, 0, 1};
 static const int8_t values5[] = {2, 1, 2};
-static const int8_t values6[] = {6, 0, 1, 6, 8, 9, 10};
+static const int8_t values6[] = {8, 0, 1, 3, 4, 6, 8, 9, 10};
 static const int8_t values7[] = {2, 35, 37};
 
 #define OWN(field) offsetof(struct objects, field)
@@ -256,6 +256,10 @@ const struct entry dictionary_entries[] = {
     {"Position window", 0, 0, 0x3E8u, 0x0u, 0x0u, OF_AXIS(position_window), 4, 0, 0x07, ENTRY_WRITE | ENTRY_STORED},
     {"Position window time", 0, 0, 0x1u, 0x0u, 0x0u, OF_AXIS(position_window_time), 2, 0, 0x06, ENTRY_WRITE | ENTRY_STORED},
     {"Velocity actual value", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(velocity_actual), 4, 0, 0x04, ENTRY_TX | ENTRY_STORED},
+    {"Velocity window", 0, 0, 0x4E20u, 0x0u, 0x0u, OF_AXIS(velocity_window), 2, 0, 0x06, ENTRY_WRITE | ENTRY_STORED},
+    {"Velocity window time", 0, 0, 0xAu, 0x0u, 0x0u, OF_AXIS(velocity_window_time), 2, 0, 0x06, ENTRY_WRITE | ENTRY_STORED},
+    {"Velocity threshold", 0, 0, 0x4E20u, 0x0u, 0x0u, OF_AXIS(velocity_threshold), 2, 0, 0x06, ENTRY_WRITE | ENTRY_STORED},
+    {"Velocity threshold time", 0, 0, 0xAu, 0x0u, 0x0u, OF_AXIS(velocity_threshold_time), 2, 0, 0x06, ENTRY_WRITE | ENTRY_STORED},
     {"Target torque", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(target_torque), 2, 0, 0x03, ENTRY_WRITE | ENTRY_RX | ENTRY_STORED},
     {"Max torque", 0, 0, 0x3E8u, 0x0u, 0x0u, OF_AXIS(max_torque), 2, 0, 0x06, ENTRY_WRITE | ENTRY_RX | ENTRY_STORED},
     {"Torque actual value", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(torque_actual), 2, 0, 0x03, ENTRY_TX | ENTRY_STORED},
@@ -267,8 +271,11 @@ const struct entry dictionary_entries[] = {
     {"Max profile velocity", 0, 0, 0x2FAF080u, 0x1u, 0x77359400u, OF_AXIS(max_velocity), 4, 0, 0x07, ENTRY_WRITE | ENTRY_LIMITS | ENTRY_STORED},
     {"Profile velocity", 0, 0, 0x4C4B40u, 0x1u, 0x77359400u, OF_AXIS(profile_velocity), 4, 0, 0x07, ENTRY_WRITE | ENTRY_RX | ENTRY_LIMITS | ENTRY_STORED},
     {"Profile acceleration", 0, 0, 0x5F5E100u, 0x1u, 0xFFFFFFFFu, OF_AXIS(profile_acceleration), 4, 0, 0x07, ENTRY_WRITE | ENTRY_RX | ENTRY_LIMITS | ENTRY_STORED},
+    {"Profile deceleration", 0, 0, 0x5F5E100u, 0x1u, 0xFFFFFFFFu, OF_AXIS(profile_deceleration), 4, 0, 0x07, ENTRY_WRITE | ENTRY_RX | ENTRY_LIMITS | ENTRY_STORED},
     {"Quick stop deceleration", 0, 0, 0x17D78400u, 0x1u, 0xFFFFFFFFu, OF_AXIS(quick_stop_deceleration), 4, 0, 0x07, ENTRY_WRITE | ENTRY_LIMITS | ENTRY_STORED},
     {"Motion profile type", 0, 0, 0x3u, 0x0u, 0x0u, OF_AXIS(profile_type), 2, 0, 0x03, ENTRY_STORED},
+    {"Torque slope", 0, 0, 0x2710u, 0x1u, 0xFFFFFFFFu, OF_AXIS(torque_slope), 4, 0, 0x07, ENTRY_WRITE | ENTRY_RX | ENTRY_LIMITS | ENTRY_STORED},
+    {"Torque profile type", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(torque_profile_type), 2, 0, 0x03, ENTRY_STORED},
     {"Homing method", 0, values7, 0x25u, 0x0u, 0x0u, OF_AXIS(homing_method), 1, 0, 0x02, ENTRY_WRITE | ENTRY_STORED},
     {"Number of entries", 0, 0, 0x1u, 0x0u, 0x0u, 0, 1, 0, 0x05, 0},
     {"Profile jerk 1", 0, 0, 0x989680u, 0x1u, 0xFFFFFFFFu, OF_AXIS(profile_jerk), 4, 1, 0x07, ENTRY_WRITE | ENTRY_LIMITS | ENTRY_STORED},
@@ -284,14 +291,14 @@ const struct entry dictionary_entries[] = {
     {"Physical outputs", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(outputs), 4, 1, 0x07, ENTRY_WRITE | ENTRY_RX | ENTRY_STORED},
     {"Bit mask", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(output_mask), 4, 2, 0x07, ENTRY_WRITE | ENTRY_STORED},
     {"Target velocity", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(target_velocity), 4, 0, 0x04, ENTRY_WRITE | ENTRY_RX | ENTRY_STORED},
-    {"Supported drive modes", 0, 0, 0x3A1u, 0x0u, 0x0u, OF_AXIS(supported_modes), 4, 0, 0x07, ENTRY_STORED},
+    {"Supported drive modes", 0, 0, 0x3ADu, 0x0u, 0x0u, OF_AXIS(supported_modes), 4, 0, 0x07, ENTRY_STORED},
     {"Single device type", 0, 0, 0x20192u, 0x0u, 0x0u, OF_AXIS(axis_device_type), 4, 0, 0x07, ENTRY_STORED},
 };
 
 const uint16_t dictionary_own_count = 36;
-const uint16_t dictionary_axis_count = 40;
+const uint16_t dictionary_axis_count = 47;
 const uint16_t dictionary_before_count = 31;
-const uint16_t dictionary_lists[LISTS] = {0, 236, 61, 48, 108, 108};
+const uint16_t dictionary_lists[LISTS] = {0, 271, 71, 48, 128, 128};
 const struct object dictionary_objects[] = {
     {"Device type", 0x1000, 0, 7, 1, 0},
     {"Error register", 0x1001, 1, 7, 1, 0},
@@ -346,27 +353,34 @@ const struct object dictionary_objects[] = {
     {"Position window", 0x6067, 235, 7, 1, 0},
     {"Position window time", 0x6068, 236, 7, 1, 0},
     {"Velocity actual value", 0x606C, 237, 7, 1, 0},
-    {"Target torque", 0x6071, 238, 7, 1, 0},
-    {"Max torque", 0x6072, 239, 7, 1, 0},
-    {"Torque actual value", 0x6077, 240, 7, 1, 0},
-    {"Target position", 0x607A, 241, 7, 1, 0},
-    {"Home offset", 0x607C, 242, 7, 1, 0},
-    {"Software position limit", 0x607D, 243, 9, 3, 2},
-    {"Max profile velocity", 0x607F, 246, 7, 1, 0},
-    {"Profile velocity", 0x6081, 247, 7, 1, 0},
-    {"Profile acceleration", 0x6083, 248, 7, 1, 0},
-    {"Quick stop deceleration", 0x6085, 249, 7, 1, 0},
-    {"Motion profile type", 0x6086, 250, 7, 1, 0},
-    {"Homing method", 0x6098, 251, 7, 1, 0},
-    {"Profile jerk", 0x60A4, 252, 9, 2, 1},
-    {"Position offset", 0x60B0, 254, 7, 1, 0},
-    {"Velocity offset", 0x60B1, 255, 7, 1, 0},
-    {"Torque offset", 0x60B2, 256, 7, 1, 0},
-    {"Interpolation time period", 0x60C2, 257, 9, 3, 2},
-    {"Following error actual value", 0x60F4, 260, 7, 1, 0},
-    {"Digital inputs", 0x60FD, 261, 7, 1, 0},
-    {"Digital outputs", 0x60FE, 262, 9, 3, 2},
-    {"Target velocity", 0x60FF, 265, 7, 1, 0},
-    {"Supported drive modes", 0x6502, 266, 7, 1, 0},
-    {"Single device type", 0x67FF, 267, 7, 1, 0},
+    {"Velocity window", 0x606D, 238, 7, 1, 0},
+    {"Velocity window time", 0x606E, 239, 7, 1, 0},
+    {"Velocity threshold", 0x606F, 240, 7, 1, 0},
+    {"Velocity threshold time", 0x6070, 241, 7, 1, 0},
+    {"Target torque", 0x6071, 242, 7, 1, 0},
+    {"Max torque", 0x6072, 243, 7, 1, 0},
+    {"Torque actual value", 0x6077, 244, 7, 1, 0},
+    {"Target position", 0x607A, 245, 7, 1, 0},
+    {"Home offset", 0x607C, 246, 7, 1, 0},
+    {"Software position limit", 0x607D, 247, 9, 3, 2},
+    {"Max profile velocity", 0x607F, 250, 7, 1, 0},
+    {"Profile velocity", 0x6081, 251, 7, 1, 0},
+    {"Profile acceleration", 0x6083, 252, 7, 1, 0},
+    {"Profile deceleration", 0x6084, 253, 7, 1, 0},
+    {"Quick stop deceleration", 0x6085, 254, 7, 1, 0},
+    {"Motion profile type", 0x6086, 255, 7, 1, 0},
+    {"Torque slope", 0x6087, 256, 7, 1, 0},
+    {"Torque profile type", 0x6088, 257, 7, 1, 0},
+    {"Homing method", 0x6098, 258, 7, 1, 0},
+    {"Profile jerk", 0x60A4, 259, 9, 2, 1},
+    {"Position offset", 0x60B0, 261, 7, 1, 0},
+    {"Velocity offset", 0x60B1, 262, 7, 1, 0},
+    {"Torque offset", 0x60B2, 263, 7, 1, 0},
+    {"Interpolation time period", 0x60C2, 264, 9, 3, 2},
+    {"Following error actual value", 0x60F4, 267, 7, 1, 0},
+    {"Digital inputs", 0x60FD, 268, 7, 1, 0},
+    {"Digital outputs", 0x60FE, 269, 9, 3, 2},
+    {"Target velocity", 0x60FF, 272, 7, 1, 0},
+    {"Supported drive modes", 0x6502, 273, 7, 1, 0},
+    {"Single device type", 0x67FF, 274, 7, 1, 0},
 };

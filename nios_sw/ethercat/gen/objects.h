@@ -42,6 +42,10 @@ struct axis_objects {
   uint32_t position_window; /* 6067, inc */
   uint16_t position_window_time; /* 6068, ms */
   int32_t velocity_actual; /* 606C, inc/s */
+  uint16_t velocity_window; /* 606D, inc/s */
+  uint16_t velocity_window_time; /* 606E, ms */
+  uint16_t velocity_threshold; /* 606F, inc/s */
+  uint16_t velocity_threshold_time; /* 6070, ms */
   int16_t target_torque; /* 6071, 0.1 % */
   uint16_t max_torque; /* 6072, 0.1 % */
   int16_t torque_actual; /* 6077, 0.1 % */
@@ -51,8 +55,11 @@ struct axis_objects {
   uint32_t max_velocity; /* 607F, inc/s */
   uint32_t profile_velocity; /* 6081, inc/s */
   uint32_t profile_acceleration; /* 6083, inc/s2 */
+  uint32_t profile_deceleration; /* 6084, inc/s2 */
   uint32_t quick_stop_deceleration; /* 6085, inc/s2 */
   int16_t profile_type; /* 6086 */
+  uint32_t torque_slope; /* 6087, 0.1 %/s */
+  int16_t torque_profile_type; /* 6088 */
   int8_t homing_method; /* 6098 */
   uint32_t profile_jerk; /* 60A4, 1000 inc/s3 */
   int32_t position_offset; /* 60B0, inc */
