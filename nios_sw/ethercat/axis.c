@@ -58,6 +58,7 @@ static int turn; /* the axis that may plan a change of speed in this cycle, so t
 
 void axis_start(int n) {
   struct axis *axis = &axes[n];
+  turn = 0;
   *axis = (struct axis){.mode = MODE_CSP};
   cia402_start(&axis->machine);
   profile_start(&axis->profile);

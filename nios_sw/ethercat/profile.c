@@ -172,6 +172,7 @@ static void plan_speed(struct profile *profile, const struct axis_objects *o, co
   limits.jerk = (float)with[2] * 1000.0f;
   scurve_change(&profile->move, point->velocity, point->acceleration, target, &limits);
   for (int n = 0; n < 3; ++n) profile->planned_with[n] = with[n];
+  if (target != profile->planned_target) profile->blocked = false;
   profile->speed = profile->planned_target = target;
   profile->planned_speed = profile->moving = true;
 }
@@ -191,7 +192,7 @@ bool profile_run(struct profile *profile, const struct axis_objects *o, struct s
   /* Of limits, those of the position: a speed above a lowered limit falls as planned. */
   if (fabsf(state.v) > most) limits->speed = fabsf(state.v);
   if (!limiter_run(point, state.v, state.a, limits)) {
-    if (profile->planned_speed) profile->blocked = false;
+    if (profile->planned_speed && !profile->moving) profile->blocked = false;
     return limited || profile->blocked;
   }
   profile->planned_speed = profile->moving = false;
