@@ -41,6 +41,8 @@ static struct axis {
   struct motion motion;
   int32_t home, last_actual;
   float torque;   /* of profile torque, 0.1 % */
+  float most;     /* speed, by 607F and 6080 as they were */
+  uint32_t most_by[2];
   float velocity; /* actual, filtered, increments/s */
   uint32_t beyond;  /* cycles outside of the following error window */
   uint32_t settles; /* cycles of a stop since its set-point came to rest */
@@ -54,6 +56,11 @@ static struct axis {
   bool attained; /* homed since power on: a change of the mode leaves it */
 } axes[AXES];
 
+/* A motor revolution, of 6080 and 608F, in the units of 2011: a millimetre, or a turn of tilt and rotation. */
+#define LINEAR_AXES 3
+#define MILLIMETRE 1e-3f
+#define TURN 6.28318530717958647692f
+
 static int turn; /* the axis that may plan a change of speed in this cycle, so that no pass gets long */
 
 void axis_start(int n) {
@@ -62,6 +69,8 @@ void axis_start(int n) {
   *axis = (struct axis){.mode = MODE_CSP};
   cia402_start(&axis->machine);
   profile_start(&axis->profile);
+  objects.axis[n].encoder_increments = objects.axis[n].feed =
+      (uint32_t)((n < LINEAR_AXES ? MILLIMETRE : TURN) / objects.increment[n] + 0.5f);
 }
 
 /* Of 60C2; its index is a power of ten of a second, from -6 on. */
@@ -137,8 +146,20 @@ static void begin_mode(struct axis *axis, int n) {
 
 void axis_enter_op(int n) { begin_mode(&axes[n], n); }
 
-static struct limits limits_of(const struct axis *axis, const struct axis_objects *o) {
-  return (struct limits){.speed = (float)o->max_velocity,
+/* The greatest speed of a set-point. */
+static float most_of(struct axis *axis, const struct axis_objects *o) {
+  if (o->max_velocity != axis->most_by[0] || o->max_motor_speed != axis->most_by[1]) {
+    float motor = (float)o->max_motor_speed * (float)o->encoder_increments / 60.0f;
+    axis->most_by[0] = o->max_velocity;
+    axis->most_by[1] = o->max_motor_speed;
+    axis->most = (float)o->max_velocity;
+    if (motor < axis->most) axis->most = motor;
+  }
+  return axis->most;
+}
+
+static struct limits limits_of(struct axis *axis, const struct axis_objects *o) {
+  return (struct limits){.speed = most_of(axis, o),
                          .deceleration = (float)o->quick_stop_deceleration,
                          .low = o->position_limit[0],
                          .high = o->position_limit[1],
@@ -236,7 +257,7 @@ static void run_mode(struct axis *axis, int n, const struct axis_feedback *feedb
     case MODE_PROFILE_POSITION:
       if (rising & 0x10u) {
         profile_target(&axis->profile, o, clipped(axis, o, profile_wanted(&axis->profile, o, axis->home)),
-                       axis->home);
+                       axis->home, most_of(axis, o));
       }
       profile_cycle(&axis->profile, o, &axis->point);
       break;

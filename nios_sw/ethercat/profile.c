@@ -67,13 +67,13 @@ int32_t profile_wanted(const struct profile *profile, const struct axis_objects 
   return (int32_t)(from + (uint32_t)o->target_position);
 }
 
-void profile_target(struct profile *profile, const struct axis_objects *o, int32_t target, int32_t home) {
-  uint32_t speed = o->profile_velocity < o->max_velocity ? o->profile_velocity : o->max_velocity;
+void profile_target(struct profile *profile, const struct axis_objects *o, int32_t target, int32_t home, float most) {
+  float speed = (float)o->profile_velocity;
   if (profile->has_next && !(o->controlword & AT_ONCE)) return; /* one waits already: not acknowledged */
   profile->next = (int32_t)((uint32_t)target - (uint32_t)home);
   profile->has_next = true;
   profile->at_once = o->controlword & AT_ONCE;
-  profile->limits.velocity = (float)speed;
+  profile->limits.velocity = speed < most ? speed : most;
   profile->limits.acceleration = (float)o->profile_acceleration;
   profile->limits.deceleration = (float)o->profile_deceleration;
   profile->limits.jerk = (float)o->profile_jerk * 1000.0f;

@@ -48,8 +48,8 @@ void profile_start(struct profile *profile);
 void profile_drop(struct profile *profile);
 /* The target that the objects ask for, in the master's positions. */
 int32_t profile_wanted(const struct profile *profile, const struct axis_objects *o, int32_t home);
-/* A new set-point (rising bit 4 of the controlword). */
-void profile_target(struct profile *profile, const struct axis_objects *o, int32_t target, int32_t home);
+/* A new set-point (rising bit 4 of the controlword); most: the greatest speed. */
+void profile_target(struct profile *profile, const struct axis_objects *o, int32_t target, int32_t home, float most);
 void profile_cycle(struct profile *profile, const struct axis_objects *o, struct setpoint *point);
 void profile_watch(struct profile *profile, const struct axis_objects *o, int32_t actual);
 /* Profile velocity, one control cycle; turn: a change of speed may be planned in this one. limits->speed is changed.

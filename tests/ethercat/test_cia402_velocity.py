@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
+import math
 import random
 
 import numpy as np
 import pytest
 from ruckig import ControlInterface, InputParameter, Result, Ruckig, Trajectory
 
-from tests.ethercat.drives import CSP, ENABLE, PP, PT, PV, QUICK_STOP, TICK, Drives
+from tests.ethercat.drives import CSP, CSV, ENABLE, PP, PT, PV, QUICK_STOP, TICK, Drives
 from tests.ethercat.host import AXES, AbortedError
 
 REACHED, ZERO, LIMITED, SLIPPAGE = 0x0400, 0x1000, 0x0800, 0x2000
@@ -337,3 +338,58 @@ def test_supported_modes__are_those_that_6060_takes():
             taken = False
         assert taken == (mode == 0 or mode > 0 and bool(word >> mode - 1 & 1)), mode
     assert word == 0x3AD
+
+
+# -------------------------------------------------------------------- scale and motor speed
+
+
+def test_scale__is_that_of_2011_and_cannot_be_written():
+    """User unit = increment * feed / (increments per revolution * gear) (CiA 402-2)."""
+    drives = Drives()
+    for n in range(AXES):
+        at = 0x800 * n
+        increments = drives.get(0x608F + at, 1) / drives.get(0x608F + at, 2)
+        gear = drives.get(0x6091 + at, 1) / drives.get(0x6091 + at, 2)
+        feed = drives.get(0x6092 + at, 1) / drives.get(0x6092 + at, 2)
+        assert feed / (increments * gear) == 1  # positions are increments
+        revolution = 1e-3 if n < 3 else 2 * math.pi
+        assert increments * drives.get(0x2011, n + 1) == pytest.approx(revolution, rel=1e-7)
+        for index in (0x608F, 0x6091, 0x6092):
+            for subindex in (1, 2):
+                with pytest.raises(AbortedError) as caught:
+                    drives.put(index + at, subindex, 2)
+                assert caught.value.code == 0x06010002
+
+
+@pytest.mark.parametrize("mode", [PP, PV, CSP, CSV])
+@pytest.mark.parametrize("axis", [0, 4])
+def test_max_motor_speed__bounds_every_mode_with_set_points_beside_607F(mode, axis):
+    drives = Drives(mode)
+    at = 0x800 * axis
+    revolution = 100_000 if axis == 0 else 62_831_853  # increments
+    motor = 1200 if axis == 0 else 2  # 1/min: 2e6, 2.1e6 increments/s
+    drives.put(0x6080 + at, 0, motor)
+    drives.put(0x6065 + at, 0, 0xFFFFFFFF)
+    for n in range(AXES):
+        drives.enable(n)
+    drives.set(axis, position=2_000_000, velocity=6_000_000, control=ENABLE | 0x10)
+    speeds = []
+    for tick in range(3000):
+        if tick % 10 == 0:
+            drives.outputs(drives.values)
+        if tick == 1500:
+            drives.put(0x607F + at, 0, 500_000)  # the lesser one, of targets from here on
+            drives.set(axis, position=0, control=ENABLE)
+        if tick == 1550:
+            drives.set(axis, control=ENABLE | 0x30)
+        drives.cycle()
+        speeds.append(abs(drives.command.axis[axis].velocity))
+    assert max(speeds[:1500]) == pytest.approx(motor * revolution / 60, rel=5e-3)
+    assert max(speeds[2600:]) == pytest.approx(500_000, rel=5e-3)
+
+
+def test_max_motor_speed__written_in_motion_takes_effect():
+    drives = pv_drives(100_000_000, 100_000_000, 10_000_000_000)
+    assert drives.follow(1000, velocity=3_000_000)[-1, 1] == 3_000_000
+    drives.put(0x6080, 0, 600)  # 1/min, of 100 000 increments
+    assert drives.follow(1000)[-1, 1] == 1_000_000

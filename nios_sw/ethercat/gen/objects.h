@@ -53,6 +53,7 @@ struct axis_objects {
   int32_t home_offset; /* 607C, inc */
   int32_t position_limit[2]; /* 607D, inc */
   uint32_t max_velocity; /* 607F, inc/s */
+  uint32_t max_motor_speed; /* 6080, 1/min */
   uint32_t profile_velocity; /* 6081, inc/s */
   uint32_t profile_acceleration; /* 6083, inc/s2 */
   uint32_t profile_deceleration; /* 6084, inc/s2 */
@@ -60,6 +61,12 @@ struct axis_objects {
   int16_t profile_type; /* 6086 */
   uint32_t torque_slope; /* 6087, 0.1 %/s */
   int16_t torque_profile_type; /* 6088 */
+  uint32_t encoder_increments; /* 608F */
+  uint32_t motor_revolutions; /* 608F */
+  uint32_t gear_motor; /* 6091 */
+  uint32_t gear_shaft; /* 6091 */
+  uint32_t feed; /* 6092, inc */
+  uint32_t feed_shaft; /* 6092 */
   int8_t homing_method; /* 6098 */
   uint32_t profile_jerk; /* 60A4, 1000 inc/s3 */
   int32_t position_offset; /* 60B0, inc */
