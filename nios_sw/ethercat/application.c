@@ -153,7 +153,7 @@ void application_cycle(const struct feedback *feedback, struct command *command)
   memcpy(objects.pose, feedback->pose, sizeof objects.pose);
   objects.digital_inputs = feedback->digital_inputs;
   for (int n = 0; n < AXES; ++n) {
-    objects.axis[n].inputs = (uint32_t)feedback->digital_inputs << IO_SHIFT;
+    objects.axis[n].inputs = (uint32_t)feedback->digital_inputs << IO_SHIFT | feedback->axis[n].switches;
     axis_cycle(n, &feedback->axis[n], fresh, &command->axis[n]);
   }
   command->digital_outputs = digital_outputs();

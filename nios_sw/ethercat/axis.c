@@ -8,6 +8,7 @@
 #include "al.h"
 #include "cia402.h"
 #include "coe.h"
+#include "homing.h"
 #include "interpolator.h"
 #include "limiter.h"
 #include "motion.h"
@@ -31,13 +32,14 @@
 #define STATUS_REACHED 0x0400u
 #define STATUS_LIMIT 0x0800u
 #define STATUS_MODE_12 0x1000u /* follows, acknowledged, attained */
-#define STATUS_FOLLOWING_ERROR 0x2000u
+#define STATUS_MODE_13 0x2000u /* following error, homing error */
 
 static struct axis {
   struct cia402 machine;
   struct setpoint point;
   struct interpolator interpolator;
   struct profile profile;
+  struct homing homing;
   struct motion motion;
   int32_t home, last_actual;
   float torque;   /* of profile torque, 0.1 % */
@@ -53,7 +55,6 @@ static struct axis {
   enum drive_state stopping; /* the state whose stop is under way */
   bool limited, clipped, powered, stops;
   bool behind;   /* a target, because of a limit */
-  bool attained; /* homed since power on: a change of the mode leaves it */
 } axes[AXES];
 
 /* A motor revolution, of 6080 and 608F, in the units of 2011: a millimetre, or a turn of tilt and rotation. */
@@ -135,6 +136,7 @@ static void begin_mode(struct axis *axis, int n) {
   axis->limited = axis->clipped = axis->behind = false;
   axis->control_was = objects.axis[n].controlword;
   profile_start(&axis->profile);
+  homing_stop(&axis->homing);
   if (axis->mode == MODE_PROFILE_VELOCITY) axis->profile.reached = false;
   if (axis->mode == MODE_PROFILE_TORQUE) axis->torque = (float)objects.axis[n].torque_actual;
   if (axis->mode == MODE_CSV) {
@@ -217,15 +219,6 @@ static void slope_torque(struct axis *axis, const struct axis_objects *o) {
   }
 }
 
-static void home(struct axis *axis, const struct axis_objects *o, int32_t actual, uint16_t rising) {
-  setpoint_brake(&axis->point, (float)o->profile_acceleration, CYCLE_S);
-  if (rising & 0x10u) axis->attained = false;
-  if (rising & 0x10u && axis->point.velocity == 0.0f) {
-    axis->home = (int32_t)((uint32_t)o->home_offset - (uint32_t)actual);
-    axis->attained = true;
-  }
-}
-
 /* The set-point of a mode that runs. */
 static void run_mode(struct axis *axis, int n, const struct axis_feedback *feedback, bool fresh,
                      struct axis_command *command) {
@@ -262,7 +255,9 @@ static void run_mode(struct axis *axis, int n, const struct axis_feedback *feedb
       profile_cycle(&axis->profile, o, &axis->point);
       break;
     case MODE_HOMING:
-      home(axis, o, feedback->position, rising);
+      if (homing_cycle(&axis->homing, o, feedback, rising & 0x10u, most_of(axis, o), &axis->point)) {
+        axis->home = (int32_t)((uint32_t)o->home_offset - (uint32_t)axis->homing.place);
+      }
       break;
     default: /* no mode: comes to a stop */
       setpoint_brake(&axis->point, (float)o->profile_deceleration, CYCLE_S);
@@ -360,7 +355,7 @@ static uint16_t status_of(const struct axis *axis, const struct axis_objects *o)
   if (al_state() == AL_OP) status |= STATUS_REMOTE;
   if (axis->limited) status |= STATUS_LIMIT;
   /* In the other modes bit 13 has another meaning, or none. */
-  if (axis->beyond && (axis->mode == MODE_PROFILE_POSITION || axis->mode == MODE_CSP)) status |= STATUS_FOLLOWING_ERROR;
+  if (axis->beyond && (axis->mode == MODE_PROFILE_POSITION || axis->mode == MODE_CSP)) status |= STATUS_MODE_13;
   switch (axis->mode) {
     case MODE_PROFILE_POSITION:
       if (axis->profile.acknowledged) status |= STATUS_MODE_12;
@@ -374,8 +369,10 @@ static uint16_t status_of(const struct axis *axis, const struct axis_objects *o)
       if (stops ? still : runs && axis->torque == (float)o->target_torque && !axis->limited) status |= STATUS_REACHED;
       break;
     case MODE_HOMING:
-      if (axis->attained) status |= STATUS_MODE_12;
-      if (still || (axis->attained && !stops)) status |= STATUS_REACHED;
+      if (axis->homing.attained) status |= STATUS_MODE_12;
+      if (axis->homing.failed) status |= STATUS_MODE_13;
+      if (axis->homing.phase != HOMING_IDLE) break; /* under way */
+      if (still || (axis->homing.attained && !stops)) status |= STATUS_REACHED;
       break;
     default:
       if (runs && axis->mode) status |= STATUS_MODE_12;

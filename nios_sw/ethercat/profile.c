@@ -30,17 +30,21 @@ void setpoint_advance(struct setpoint *point, float way) {
   point->part = sum - (float)whole;
 }
 
-void setpoint_brake(struct setpoint *point, float deceleration, float cycle) {
-  float step = deceleration * cycle, before = point->velocity;
+void setpoint_run(struct setpoint *point, float velocity, float acceleration, float cycle) {
+  float step = acceleration * cycle, before = point->velocity, change = velocity - before;
   float least = fabsf(before) * LEAST_CHANGE; /* of a float, so that every ramp ends */
   if (step < least) step = least;
-  if (fabsf(before) <= step) {
-    point->velocity = 0.0f;
+  if (fabsf(change) <= step) {
+    point->velocity = velocity;
   } else {
-    point->velocity = before > 0.0f ? before - step : before + step;
+    point->velocity = change < 0.0f ? before - step : before + step;
   }
   point->acceleration = (point->velocity - before) / cycle;
   setpoint_advance(point, (before + point->velocity) * (0.5f * cycle));
+}
+
+void setpoint_brake(struct setpoint *point, float deceleration, float cycle) {
+  setpoint_run(point, 0.0f, deceleration, cycle);
 }
 
 void profile_start(struct profile *profile) {

@@ -39,6 +39,8 @@ struct profile {
 struct limits;
 
 void setpoint_advance(struct setpoint *point, float way);
+/* Towards this speed by this acceleration, for one control cycle. */
+void setpoint_run(struct setpoint *point, float velocity, float acceleration, float cycle);
 /* Less speed by this deceleration, for one control cycle. */
 void setpoint_brake(struct setpoint *point, float deceleration, float cycle);
 int32_t saturated(float value);

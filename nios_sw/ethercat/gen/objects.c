@@ -12,7 +12,7 @@ static const int8_t values3[] = {5, 0, 1, 2, 5, 6};
 static const int8_t values4[] = {2, 0, 1};
 static const int8_t values5[] = {2, 1, 2};
 static const int8_t values6[] = {8, 0, 1, 3, 4, 6, 8, 9, 10};
-static const int8_t values7[] = {2, 35, 37};
+static const int8_t values7[] = {32, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 33, 34, 35, 37};
 
 #define OWN(field) offsetof(struct objects, field)
 #define OF_AXIS(field) offsetof(struct axis_objects, field)
@@ -287,6 +287,10 @@ const struct entry dictionary_entries[] = {
     {"Feed", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(feed), 4, 1, 0x07, ENTRY_STORED},
     {"Shaft revolutions", 0, 0, 0x1u, 0x0u, 0x0u, OF_AXIS(feed_shaft), 4, 2, 0x07, ENTRY_STORED},
     {"Homing method", 0, values7, 0x25u, 0x0u, 0x0u, OF_AXIS(homing_method), 1, 0, 0x02, ENTRY_WRITE | ENTRY_STORED},
+    {"Number of entries", 0, 0, 0x2u, 0x0u, 0x0u, 0, 1, 0, 0x05, 0},
+    {"Speed during search for switch", 0, 0, 0xF4240u, 0x1u, 0x77359400u, OF_AXIS(homing_speed[0]), 4, 1, 0x07, ENTRY_WRITE | ENTRY_LIMITS | ENTRY_STORED},
+    {"Speed during search for zero", 0, 0, 0x186A0u, 0x1u, 0x77359400u, OF_AXIS(homing_speed[1]), 4, 2, 0x07, ENTRY_WRITE | ENTRY_LIMITS | ENTRY_STORED},
+    {"Homing acceleration", 0, 0, 0x5F5E100u, 0x1u, 0xFFFFFFFFu, OF_AXIS(homing_acceleration), 4, 0, 0x07, ENTRY_WRITE | ENTRY_LIMITS | ENTRY_STORED},
     {"Number of entries", 0, 0, 0x1u, 0x0u, 0x0u, 0, 1, 0, 0x05, 0},
     {"Profile jerk 1", 0, 0, 0x989680u, 0x1u, 0xFFFFFFFFu, OF_AXIS(profile_jerk), 4, 1, 0x07, ENTRY_WRITE | ENTRY_LIMITS | ENTRY_STORED},
     {"Position offset", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(position_offset), 4, 0, 0x04, ENTRY_WRITE | ENTRY_RX | ENTRY_STORED},
@@ -295,6 +299,39 @@ const struct entry dictionary_entries[] = {
     {"Number of entries", 0, 0, 0x2u, 0x0u, 0x0u, 0, 1, 0, 0x05, 0},
     {"Interpolation time period value", 0, 0, 0x1u, 0x1u, 0xFFu, OF_AXIS(period_value), 1, 1, 0x05, ENTRY_WRITE | ENTRY_LIMITS | ENTRY_STORED},
     {"Interpolation time index", 0, 0, 0xFFFFFFFDu, 0xFFFFFFFAu, 0xFFFFFFFFu, OF_AXIS(period_index), 1, 2, 0x02, ENTRY_WRITE | ENTRY_LIMITS | ENTRY_STORED},
+    {"Number of entries", 0, 0, 0x20u, 0x0u, 0x0u, 0, 1, 0, 0x05, 0},
+    {"Supported homing method 1", 0, 0, 0x1u, 0x0u, 0x0u, OF_AXIS(homing_methods[0]), 1, 1, 0x02, ENTRY_STORED},
+    {"Supported homing method 2", 0, 0, 0x2u, 0x0u, 0x0u, OF_AXIS(homing_methods[1]), 1, 2, 0x02, ENTRY_STORED},
+    {"Supported homing method 3", 0, 0, 0x3u, 0x0u, 0x0u, OF_AXIS(homing_methods[2]), 1, 3, 0x02, ENTRY_STORED},
+    {"Supported homing method 4", 0, 0, 0x4u, 0x0u, 0x0u, OF_AXIS(homing_methods[3]), 1, 4, 0x02, ENTRY_STORED},
+    {"Supported homing method 5", 0, 0, 0x5u, 0x0u, 0x0u, OF_AXIS(homing_methods[4]), 1, 5, 0x02, ENTRY_STORED},
+    {"Supported homing method 6", 0, 0, 0x6u, 0x0u, 0x0u, OF_AXIS(homing_methods[5]), 1, 6, 0x02, ENTRY_STORED},
+    {"Supported homing method 7", 0, 0, 0x7u, 0x0u, 0x0u, OF_AXIS(homing_methods[6]), 1, 7, 0x02, ENTRY_STORED},
+    {"Supported homing method 8", 0, 0, 0x8u, 0x0u, 0x0u, OF_AXIS(homing_methods[7]), 1, 8, 0x02, ENTRY_STORED},
+    {"Supported homing method 9", 0, 0, 0x9u, 0x0u, 0x0u, OF_AXIS(homing_methods[8]), 1, 9, 0x02, ENTRY_STORED},
+    {"Supported homing method 10", 0, 0, 0xAu, 0x0u, 0x0u, OF_AXIS(homing_methods[9]), 1, 10, 0x02, ENTRY_STORED},
+    {"Supported homing method 11", 0, 0, 0xBu, 0x0u, 0x0u, OF_AXIS(homing_methods[10]), 1, 11, 0x02, ENTRY_STORED},
+    {"Supported homing method 12", 0, 0, 0xCu, 0x0u, 0x0u, OF_AXIS(homing_methods[11]), 1, 12, 0x02, ENTRY_STORED},
+    {"Supported homing method 13", 0, 0, 0xDu, 0x0u, 0x0u, OF_AXIS(homing_methods[12]), 1, 13, 0x02, ENTRY_STORED},
+    {"Supported homing method 14", 0, 0, 0xEu, 0x0u, 0x0u, OF_AXIS(homing_methods[13]), 1, 14, 0x02, ENTRY_STORED},
+    {"Supported homing method 15", 0, 0, 0x11u, 0x0u, 0x0u, OF_AXIS(homing_methods[14]), 1, 15, 0x02, ENTRY_STORED},
+    {"Supported homing method 16", 0, 0, 0x12u, 0x0u, 0x0u, OF_AXIS(homing_methods[15]), 1, 16, 0x02, ENTRY_STORED},
+    {"Supported homing method 17", 0, 0, 0x13u, 0x0u, 0x0u, OF_AXIS(homing_methods[16]), 1, 17, 0x02, ENTRY_STORED},
+    {"Supported homing method 18", 0, 0, 0x14u, 0x0u, 0x0u, OF_AXIS(homing_methods[17]), 1, 18, 0x02, ENTRY_STORED},
+    {"Supported homing method 19", 0, 0, 0x15u, 0x0u, 0x0u, OF_AXIS(homing_methods[18]), 1, 19, 0x02, ENTRY_STORED},
+    {"Supported homing method 20", 0, 0, 0x16u, 0x0u, 0x0u, OF_AXIS(homing_methods[19]), 1, 20, 0x02, ENTRY_STORED},
+    {"Supported homing method 21", 0, 0, 0x17u, 0x0u, 0x0u, OF_AXIS(homing_methods[20]), 1, 21, 0x02, ENTRY_STORED},
+    {"Supported homing method 22", 0, 0, 0x18u, 0x0u, 0x0u, OF_AXIS(homing_methods[21]), 1, 22, 0x02, ENTRY_STORED},
+    {"Supported homing method 23", 0, 0, 0x19u, 0x0u, 0x0u, OF_AXIS(homing_methods[22]), 1, 23, 0x02, ENTRY_STORED},
+    {"Supported homing method 24", 0, 0, 0x1Au, 0x0u, 0x0u, OF_AXIS(homing_methods[23]), 1, 24, 0x02, ENTRY_STORED},
+    {"Supported homing method 25", 0, 0, 0x1Bu, 0x0u, 0x0u, OF_AXIS(homing_methods[24]), 1, 25, 0x02, ENTRY_STORED},
+    {"Supported homing method 26", 0, 0, 0x1Cu, 0x0u, 0x0u, OF_AXIS(homing_methods[25]), 1, 26, 0x02, ENTRY_STORED},
+    {"Supported homing method 27", 0, 0, 0x1Du, 0x0u, 0x0u, OF_AXIS(homing_methods[26]), 1, 27, 0x02, ENTRY_STORED},
+    {"Supported homing method 28", 0, 0, 0x1Eu, 0x0u, 0x0u, OF_AXIS(homing_methods[27]), 1, 28, 0x02, ENTRY_STORED},
+    {"Supported homing method 29", 0, 0, 0x21u, 0x0u, 0x0u, OF_AXIS(homing_methods[28]), 1, 29, 0x02, ENTRY_STORED},
+    {"Supported homing method 30", 0, 0, 0x22u, 0x0u, 0x0u, OF_AXIS(homing_methods[29]), 1, 30, 0x02, ENTRY_STORED},
+    {"Supported homing method 31", 0, 0, 0x23u, 0x0u, 0x0u, OF_AXIS(homing_methods[30]), 1, 31, 0x02, ENTRY_STORED},
+    {"Supported homing method 32", 0, 0, 0x25u, 0x0u, 0x0u, OF_AXIS(homing_methods[31]), 1, 32, 0x02, ENTRY_STORED},
     {"Following error actual value", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(following_error), 4, 0, 0x04, ENTRY_TX | ENTRY_STORED},
     {"Digital inputs", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(inputs), 4, 0, 0x07, ENTRY_TX | ENTRY_STORED},
     {"Number of entries", 0, 0, 0x2u, 0x0u, 0x0u, 0, 1, 0, 0x05, 0},
@@ -306,9 +343,9 @@ const struct entry dictionary_entries[] = {
 };
 
 const uint16_t dictionary_own_count = 36;
-const uint16_t dictionary_axis_count = 51;
+const uint16_t dictionary_axis_count = 54;
 const uint16_t dictionary_before_count = 31;
-const uint16_t dictionary_lists[LISTS] = {0, 291, 71, 48, 133, 133};
+const uint16_t dictionary_lists[LISTS] = {0, 306, 71, 48, 143, 143};
 const struct object dictionary_objects[] = {
     {"Device type", 0x1000, 0, 7, 1, 0},
     {"Error register", 0x1001, 1, 7, 1, 0},
@@ -386,15 +423,18 @@ const struct object dictionary_objects[] = {
     {"Gear ratio", 0x6091, 262, 9, 3, 2},
     {"Feed constant", 0x6092, 265, 9, 3, 2},
     {"Homing method", 0x6098, 268, 7, 1, 0},
-    {"Profile jerk", 0x60A4, 269, 9, 2, 1},
-    {"Position offset", 0x60B0, 271, 7, 1, 0},
-    {"Velocity offset", 0x60B1, 272, 7, 1, 0},
-    {"Torque offset", 0x60B2, 273, 7, 1, 0},
-    {"Interpolation time period", 0x60C2, 274, 9, 3, 2},
-    {"Following error actual value", 0x60F4, 277, 7, 1, 0},
-    {"Digital inputs", 0x60FD, 278, 7, 1, 0},
-    {"Digital outputs", 0x60FE, 279, 9, 3, 2},
-    {"Target velocity", 0x60FF, 282, 7, 1, 0},
-    {"Supported drive modes", 0x6502, 283, 7, 1, 0},
-    {"Single device type", 0x67FF, 284, 7, 1, 0},
+    {"Homing speeds", 0x6099, 269, 9, 3, 2},
+    {"Homing acceleration", 0x609A, 272, 7, 1, 0},
+    {"Profile jerk", 0x60A4, 273, 9, 2, 1},
+    {"Position offset", 0x60B0, 275, 7, 1, 0},
+    {"Velocity offset", 0x60B1, 276, 7, 1, 0},
+    {"Torque offset", 0x60B2, 277, 7, 1, 0},
+    {"Interpolation time period", 0x60C2, 278, 9, 3, 2},
+    {"Supported homing methods", 0x60E3, 281, 8, 33, 32},
+    {"Following error actual value", 0x60F4, 314, 7, 1, 0},
+    {"Digital inputs", 0x60FD, 315, 7, 1, 0},
+    {"Digital outputs", 0x60FE, 316, 9, 3, 2},
+    {"Target velocity", 0x60FF, 319, 7, 1, 0},
+    {"Supported drive modes", 0x6502, 320, 7, 1, 0},
+    {"Single device type", 0x67FF, 321, 7, 1, 0},
 };

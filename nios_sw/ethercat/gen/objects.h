@@ -68,12 +68,15 @@ struct axis_objects {
   uint32_t feed; /* 6092, inc */
   uint32_t feed_shaft; /* 6092 */
   int8_t homing_method; /* 6098 */
+  uint32_t homing_speed[2]; /* 6099, inc/s */
+  uint32_t homing_acceleration; /* 609A, inc/s2 */
   uint32_t profile_jerk; /* 60A4, 1000 inc/s3 */
   int32_t position_offset; /* 60B0, inc */
   int32_t velocity_offset; /* 60B1, inc/s */
   int16_t torque_offset; /* 60B2, 0.1 % */
   uint8_t period_value; /* 60C2 */
   int8_t period_index; /* 60C2 */
+  int8_t homing_methods[32]; /* 60E3 */
   int32_t following_error; /* 60F4, inc */
   uint32_t inputs; /* 60FD */
   uint32_t outputs; /* 60FE */
