@@ -194,7 +194,7 @@ def test_homing__begun_in_motion_takes_an_index_in_its_own_direction():
     drives = axis(34, 3_000)
     drives.put(0x609A, 0, 100_000_000)
     drives.put(0x6098, 0, 34)
-    drives.follow(800, mode=CSV, velocity=-1_500_000, control=ENABLE)
+    drives.follow(100, mode=CSV, velocity=-3_000_000, control=ENABLE)
     drives.step(mode=HOMING)
     turn = drives.follow(2000, control=START)[:, 0].min()
     drives.follow(10, control=ENABLE)
