@@ -11,6 +11,8 @@
 
 extern struct objects objects;
 
+#define PROBES 2 /* touch probes: inputs 1 and 2 */
+
 /* Of the machine, each cycle. Positions in increments since power on. */
 struct axis_feedback {
   int32_t position;
@@ -27,6 +29,7 @@ struct feedback {
   struct axis_feedback axis[AXES];
   float pose[AXES]; /* of the tool */
   uint8_t digital_inputs;
+  uint16_t edge_age[PROBES]; /* from the last edge of inputs 1 and 2 to the tick, 1/65536 of a control cycle */
 };
 
 /* To the law. Without power it gives no torque. */

@@ -12,6 +12,7 @@
 #include "interpolator.h"
 #include "limiter.h"
 #include "motion.h"
+#include "probe.h"
 #include "profile.h"
 
 #define CYCLE_S (CYCLE_US * 1e-6f)
@@ -19,6 +20,7 @@
 #define CYCLES_PER_MS (1000u / CYCLE_US)
 #define FOLLOWING_ERROR 0x8611u
 #define LIMITS 0x607Du /* objects, of the first axis */
+#define PROBE 0x60B8u
 #define PERIOD 0x60C2u
 #define NOT_WATCHED 0xFFFFFFFFu
 #define VELOCITY_FILTER 0.0625f
@@ -40,6 +42,7 @@ static struct axis {
   struct interpolator interpolator;
   struct profile profile;
   struct homing homing;
+  struct probe probe;
   struct motion motion;
   int32_t home, last_actual;
   float torque;   /* of profile torque, 0.1 % */
@@ -95,6 +98,7 @@ uint32_t axis_check(uint16_t index, uint8_t subindex, uint32_t value) {
     int32_t high = subindex == 2 ? (int32_t)value : o->position_limit[1];
     return low > high ? ABORT_MOST_BELOW_LEAST : 0;
   }
+  if (first == PROBE) return probe_valid((uint16_t)value) ? 0 : ABORT_RANGE;
   if (first != PERIOD) return 0;
   us = subindex == 1 ? period_us((uint8_t)value, o->period_index) : period_us(o->period_value, (int8_t)value);
   return us < CYCLE_US ? ABORT_RANGE : 0;
@@ -390,9 +394,11 @@ void axis_cycle(int n, const struct axis_feedback *feedback, bool fresh, struct 
   struct axis *axis = &axes[n];
   struct axis_objects *o = &objects.axis[n];
   enum drive_ramp ramp;
+  int32_t before = axis->last_actual;
   if (n == 0) turn = (turn + 1) % AXES;
   *command = (struct axis_command){0};
   measure(axis, o, feedback);
+  if (probe_active(&axis->probe, o)) probe_cycle(&axis->probe, o, feedback, before, axis->home);
   cia402_step(&axis->machine, o, al_state() == AL_OP, rests(axis));
   supervise(axis, n, feedback);
   if (feedback->fault) { /* cannot be reset while it lasts */

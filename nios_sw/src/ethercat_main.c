@@ -16,11 +16,15 @@ static struct feedback feedback;
 static struct command command;
 
 /* What changes seldom is divided among the axes when it does. */
-static void take_switches(uint32_t digital) {
+static void take_switches(const volatile struct ethercat_input *in) {
   static uint32_t before;
+  uint32_t digital = in->digital_inputs, ages;
   if (digital == before) return;
   before = digital;
   feedback.digital_inputs = (uint8_t)digital;
+  ages = in->edge_ages;
+  feedback.edge_age[0] = (uint16_t)ages;
+  feedback.edge_age[1] = (uint16_t)(ages >> 16);
   for (int n = 0; n < AXES; ++n) feedback.axis[n].switches = digital >> (TICK_SWITCHES + 3 * n) & 7u;
 }
 
@@ -42,7 +46,7 @@ static void take(const volatile struct ethercat_input *in) {
     feedback.axis[n].fault = (uint16_t)((uint32_t)in->torque_fault[n] >> 16);
     feedback.pose[n] = in->pose[n];
   }
-  take_switches(in->digital_inputs);
+  take_switches(in);
   take_index(in);
 }
 

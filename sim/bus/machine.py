@@ -87,7 +87,7 @@ class Machine:
 
     def measured(self) -> NDArray[np.uint32]:
         """Inputs of a tick: positions by the encoders, torques along the axes, pose, switches and
-        indices; no fault."""
+        indices; no fault, no age of an edge."""
         pose = self.pose()
         words = np.zeros(INPUT_WORDS, np.uint32)
         words[:AXES] = np.rint(pose / self.increments).astype(np.int32).view(np.uint32)

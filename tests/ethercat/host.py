@@ -79,6 +79,7 @@ class Feedback(ct.Structure):
         ("axis", AxisFeedback * AXES),
         ("pose", ct.c_float * AXES),
         ("digital_inputs", ct.c_uint8),
+        ("edge_age", ct.c_uint16 * 2),
     ]
 
 

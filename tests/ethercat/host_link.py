@@ -32,6 +32,7 @@ class HostWords:
         axes["switches"] = [digital >> SWITCHES + 3 * n & 7 for n in range(AXES)]
         axes["index_count"] = [counts >> 6 * n & 63 for n in range(AXES)]
         axes["index_position"] = self.inputs[INDEX].view(np.int32)
+        feedback.edge_age[:] = self.inputs[4 * AXES + 2 :].view(np.uint16).tolist()
         self.host.held = set(range(AXES))
         self.host.cycle()
         axes = np.ctypeslib.as_array(command.axis)

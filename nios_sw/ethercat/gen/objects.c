@@ -296,9 +296,19 @@ const struct entry dictionary_entries[] = {
     {"Position offset", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(position_offset), 4, 0, 0x04, ENTRY_WRITE | ENTRY_RX | ENTRY_STORED},
     {"Velocity offset", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(velocity_offset), 4, 0, 0x04, ENTRY_WRITE | ENTRY_RX | ENTRY_STORED},
     {"Torque offset", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(torque_offset), 2, 0, 0x03, ENTRY_WRITE | ENTRY_RX | ENTRY_STORED},
+    {"Touch probe function", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(probe_function), 2, 0, 0x06, ENTRY_WRITE | ENTRY_RX | ENTRY_STORED},
+    {"Touch probe status", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(probe_status), 2, 0, 0x06, ENTRY_TX | ENTRY_STORED},
+    {"Touch probe 1 positive edge", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(probe_value[0]), 4, 0, 0x04, ENTRY_TX | ENTRY_STORED},
+    {"Touch probe 1 negative edge", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(probe_value[1]), 4, 0, 0x04, ENTRY_TX | ENTRY_STORED},
+    {"Touch probe 2 positive edge", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(probe_value[2]), 4, 0, 0x04, ENTRY_TX | ENTRY_STORED},
+    {"Touch probe 2 negative edge", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(probe_value[3]), 4, 0, 0x04, ENTRY_TX | ENTRY_STORED},
     {"Number of entries", 0, 0, 0x2u, 0x0u, 0x0u, 0, 1, 0, 0x05, 0},
     {"Interpolation time period value", 0, 0, 0x1u, 0x1u, 0xFFu, OF_AXIS(period_value), 1, 1, 0x05, ENTRY_WRITE | ENTRY_LIMITS | ENTRY_STORED},
     {"Interpolation time index", 0, 0, 0xFFFFFFFDu, 0xFFFFFFFAu, 0xFFFFFFFFu, OF_AXIS(period_index), 1, 2, 0x02, ENTRY_WRITE | ENTRY_LIMITS | ENTRY_STORED},
+    {"Touch probe 1 positive edge counter", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(probe_count[0]), 2, 0, 0x06, ENTRY_TX | ENTRY_STORED},
+    {"Touch probe 1 negative edge counter", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(probe_count[1]), 2, 0, 0x06, ENTRY_TX | ENTRY_STORED},
+    {"Touch probe 2 positive edge counter", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(probe_count[2]), 2, 0, 0x06, ENTRY_TX | ENTRY_STORED},
+    {"Touch probe 2 negative edge counter", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(probe_count[3]), 2, 0, 0x06, ENTRY_TX | ENTRY_STORED},
     {"Number of entries", 0, 0, 0x20u, 0x0u, 0x0u, 0, 1, 0, 0x05, 0},
     {"Supported homing method 1", 0, 0, 0x1u, 0x0u, 0x0u, OF_AXIS(homing_methods[0]), 1, 1, 0x02, ENTRY_STORED},
     {"Supported homing method 2", 0, 0, 0x2u, 0x0u, 0x0u, OF_AXIS(homing_methods[1]), 1, 2, 0x02, ENTRY_STORED},
@@ -343,9 +353,9 @@ const struct entry dictionary_entries[] = {
 };
 
 const uint16_t dictionary_own_count = 36;
-const uint16_t dictionary_axis_count = 54;
+const uint16_t dictionary_axis_count = 64;
 const uint16_t dictionary_before_count = 31;
-const uint16_t dictionary_lists[LISTS] = {0, 306, 71, 48, 143, 143};
+const uint16_t dictionary_lists[LISTS] = {0, 356, 76, 93, 143, 143};
 const struct object dictionary_objects[] = {
     {"Device type", 0x1000, 0, 7, 1, 0},
     {"Error register", 0x1001, 1, 7, 1, 0},
@@ -429,12 +439,22 @@ const struct object dictionary_objects[] = {
     {"Position offset", 0x60B0, 275, 7, 1, 0},
     {"Velocity offset", 0x60B1, 276, 7, 1, 0},
     {"Torque offset", 0x60B2, 277, 7, 1, 0},
-    {"Interpolation time period", 0x60C2, 278, 9, 3, 2},
-    {"Supported homing methods", 0x60E3, 281, 8, 33, 32},
-    {"Following error actual value", 0x60F4, 314, 7, 1, 0},
-    {"Digital inputs", 0x60FD, 315, 7, 1, 0},
-    {"Digital outputs", 0x60FE, 316, 9, 3, 2},
-    {"Target velocity", 0x60FF, 319, 7, 1, 0},
-    {"Supported drive modes", 0x6502, 320, 7, 1, 0},
-    {"Single device type", 0x67FF, 321, 7, 1, 0},
+    {"Touch probe function", 0x60B8, 278, 7, 1, 0},
+    {"Touch probe status", 0x60B9, 279, 7, 1, 0},
+    {"Touch probe 1 positive edge", 0x60BA, 280, 7, 1, 0},
+    {"Touch probe 1 negative edge", 0x60BB, 281, 7, 1, 0},
+    {"Touch probe 2 positive edge", 0x60BC, 282, 7, 1, 0},
+    {"Touch probe 2 negative edge", 0x60BD, 283, 7, 1, 0},
+    {"Interpolation time period", 0x60C2, 284, 9, 3, 2},
+    {"Touch probe 1 positive edge counter", 0x60D5, 287, 7, 1, 0},
+    {"Touch probe 1 negative edge counter", 0x60D6, 288, 7, 1, 0},
+    {"Touch probe 2 positive edge counter", 0x60D7, 289, 7, 1, 0},
+    {"Touch probe 2 negative edge counter", 0x60D8, 290, 7, 1, 0},
+    {"Supported homing methods", 0x60E3, 291, 8, 33, 32},
+    {"Following error actual value", 0x60F4, 324, 7, 1, 0},
+    {"Digital inputs", 0x60FD, 325, 7, 1, 0},
+    {"Digital outputs", 0x60FE, 326, 9, 3, 2},
+    {"Target velocity", 0x60FF, 329, 7, 1, 0},
+    {"Supported drive modes", 0x6502, 330, 7, 1, 0},
+    {"Single device type", 0x67FF, 331, 7, 1, 0},
 };

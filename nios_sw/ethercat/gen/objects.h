@@ -74,8 +74,12 @@ struct axis_objects {
   int32_t position_offset; /* 60B0, inc */
   int32_t velocity_offset; /* 60B1, inc/s */
   int16_t torque_offset; /* 60B2, 0.1 % */
+  uint16_t probe_function; /* 60B8 */
+  uint16_t probe_status; /* 60B9 */
+  int32_t probe_value[4]; /* 60BA, inc */
   uint8_t period_value; /* 60C2 */
   int8_t period_index; /* 60C2 */
+  uint16_t probe_count[4]; /* 60D5 */
   int8_t homing_methods[32]; /* 60E3 */
   int32_t following_error; /* 60F4, inc */
   uint32_t inputs; /* 60FD */
