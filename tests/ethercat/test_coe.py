@@ -46,7 +46,7 @@ def aborts(code: int, kind: type[Exception] = AbortedError) -> pytest.RaisesExc:
 
 
 def test_every_entry__reads_its_default(host):
-    state = {0x6041, 0x1001}
+    state = {0x6041, 0x1001, 0x608F, 0x6092}  # the scale of each axis: test_scale
     for one in DEVICE.objects:
         for entry in one.entries:
             if (one.index - 0x6000) % 0x800 + 0x6000 not in state:
