@@ -14,6 +14,7 @@
 #include "mailbox.h"
 #include "parameters.h"
 #include "pdo.h"
+#include "probe.h"
 
 #define CYCLES_PER_MS (1000u / CYCLE_US)
 #define OUTPUTS_EVENT (1u << (ESC_AL_EVENT_SM_LSB + 2)) /* sync manager 2 */
@@ -158,8 +159,9 @@ void application_cycle(const struct feedback *feedback, struct command *command)
   if (state >= AL_SAFEOP) fresh = take_outputs(esc_read32(ESC_AL_EVENT));
   memcpy(objects.pose, feedback->pose, sizeof objects.pose);
   objects.digital_inputs = feedback->digital_inputs;
+  probe_inputs(feedback);
   for (int n = 0; n < AXES; ++n) {
-    objects.axis[n].inputs = (uint32_t)feedback->digital_inputs << IO_SHIFT;
+    objects.axis[n].inputs = (uint32_t)feedback->digital_inputs << IO_SHIFT | feedback->axis[n].switches;
     axis_cycle(n, &feedback->axis[n], fresh, &command->axis[n]);
   }
   command->digital_outputs = digital_outputs();

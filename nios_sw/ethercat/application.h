@@ -11,16 +11,25 @@
 
 extern struct objects objects;
 
+#define PROBES 2 /* touch probes: inputs 1 and 2 */
+
 /* Of the machine, each cycle. Positions in increments since power on. */
 struct axis_feedback {
   int32_t position;
   int16_t torque; /* 0.1 % of the rated one */
   uint16_t fault; /* error code of CiA 402, 0: none */
+  int32_t index_position; /* of the encoder, at the last pulse of its index */
+  uint16_t index_count;   /* of these pulses, modulo 64 */
+  uint16_t switches;      /* SWITCH_* */
 };
+#define SWITCH_NEGATIVE 0x01u /* limit switches, as in 60FD */
+#define SWITCH_POSITIVE 0x02u
+#define SWITCH_HOME 0x04u
 struct feedback {
   struct axis_feedback axis[AXES];
   float pose[AXES]; /* of the tool */
   uint8_t digital_inputs;
+  uint16_t edge_age[PROBES]; /* from the last edge of inputs 1 and 2 to the tick, 1/65536 of a control cycle */
 };
 
 /* To the law. Without power it gives no torque. */

@@ -8,9 +8,11 @@
 #include "al.h"
 #include "cia402.h"
 #include "coe.h"
+#include "homing.h"
 #include "interpolator.h"
 #include "limiter.h"
 #include "motion.h"
+#include "probe.h"
 #include "profile.h"
 
 #define CYCLE_S (CYCLE_US * 1e-6f)
@@ -18,6 +20,7 @@
 #define CYCLES_PER_MS (1000u / CYCLE_US)
 #define FOLLOWING_ERROR 0x8611u
 #define LIMITS 0x607Du /* objects, of the first axis */
+#define PROBE 0x60B8u
 #define PERIOD 0x60C2u
 #define NOT_WATCHED 0xFFFFFFFFu
 #define VELOCITY_FILTER 0.0625f
@@ -31,15 +34,20 @@
 #define STATUS_REACHED 0x0400u
 #define STATUS_LIMIT 0x0800u
 #define STATUS_MODE_12 0x1000u /* follows, acknowledged, attained */
-#define STATUS_FOLLOWING_ERROR 0x2000u
+#define STATUS_MODE_13 0x2000u /* following error, homing error */
 
 static struct axis {
   struct cia402 machine;
   struct setpoint point;
   struct interpolator interpolator;
   struct profile profile;
+  struct homing homing;
+  struct probe probe;
   struct motion motion;
   int32_t home, last_actual;
+  float torque;   /* of profile torque, 0.1 % */
+  float most;     /* speed, by 607F and 6080 as they were */
+  uint32_t most_by[2];
   float velocity; /* actual, filtered, increments/s */
   uint32_t beyond;  /* cycles outside of the following error window */
   uint32_t settles; /* cycles of a stop since its set-point came to rest */
@@ -50,14 +58,23 @@ static struct axis {
   enum drive_state stopping; /* the state whose stop is under way */
   bool limited, clipped, powered, stops;
   bool behind;   /* a target, because of a limit */
-  bool attained; /* homed since power on: a change of the mode leaves it */
 } axes[AXES];
+
+/* A motor revolution, of 6080 and 608F, in the units of 2011: a millimetre, or a turn of tilt and rotation. */
+#define LINEAR_AXES 3
+#define MILLIMETRE 1e-3f
+#define TURN 6.28318530717958647692f
+
+static int turn; /* the axis that may plan a change of speed in this cycle, so that no pass gets long */
 
 void axis_start(int n) {
   struct axis *axis = &axes[n];
+  turn = 0;
   *axis = (struct axis){.mode = MODE_CSP};
   cia402_start(&axis->machine);
   profile_start(&axis->profile);
+  objects.axis[n].encoder_increments = objects.axis[n].feed =
+      (uint32_t)((n < LINEAR_AXES ? MILLIMETRE : TURN) / objects.increment[n] + 0.5f);
 }
 
 /* Of 60C2; its index is a power of ten of a second, from -6 on. */
@@ -81,6 +98,7 @@ uint32_t axis_check(uint16_t index, uint8_t subindex, uint32_t value) {
     int32_t high = subindex == 2 ? (int32_t)value : o->position_limit[1];
     return low > high ? ABORT_MOST_BELOW_LEAST : 0;
   }
+  if (first == PROBE) return probe_valid((uint16_t)value) ? 0 : ABORT_RANGE;
   if (first != PERIOD) return 0;
   us = subindex == 1 ? period_us((uint8_t)value, o->period_index) : period_us(o->period_value, (int8_t)value);
   return us < CYCLE_US ? ABORT_RANGE : 0;
@@ -122,6 +140,9 @@ static void begin_mode(struct axis *axis, int n) {
   axis->limited = axis->clipped = axis->behind = false;
   axis->control_was = objects.axis[n].controlword;
   profile_start(&axis->profile);
+  homing_stop(&axis->homing);
+  if (axis->mode == MODE_PROFILE_VELOCITY) axis->profile.reached = false;
+  if (axis->mode == MODE_PROFILE_TORQUE) axis->torque = (float)objects.axis[n].torque_actual;
   if (axis->mode == MODE_CSV) {
     interpolator_start(&axis->interpolator, (int32_t)axis->point.velocity, 0, period);
   } else {
@@ -131,8 +152,20 @@ static void begin_mode(struct axis *axis, int n) {
 
 void axis_enter_op(int n) { begin_mode(&axes[n], n); }
 
-static struct limits limits_of(const struct axis *axis, const struct axis_objects *o) {
-  return (struct limits){.speed = (float)o->max_velocity,
+/* The greatest speed of a set-point. */
+static float most_of(struct axis *axis, const struct axis_objects *o) {
+  if (o->max_velocity != axis->most_by[0] || o->max_motor_speed != axis->most_by[1]) {
+    float motor = (float)o->max_motor_speed * (float)o->encoder_increments / 60.0f;
+    axis->most_by[0] = o->max_velocity;
+    axis->most_by[1] = o->max_motor_speed;
+    axis->most = (float)o->max_velocity;
+    if (motor < axis->most) axis->most = motor;
+  }
+  return axis->most;
+}
+
+static struct limits limits_of(struct axis *axis, const struct axis_objects *o) {
+  return (struct limits){.speed = most_of(axis, o),
                          .deceleration = (float)o->quick_stop_deceleration,
                          .low = o->position_limit[0],
                          .high = o->position_limit[1],
@@ -167,12 +200,26 @@ static void follow_velocity(struct axis *axis, const struct axis_objects *o, boo
   axis->limited = limiter_run(&axis->point, (float)out.whole + out.part, out.slope * rate, &limits);
 }
 
-static void home(struct axis *axis, const struct axis_objects *o, int32_t actual, uint16_t rising) {
-  setpoint_brake(&axis->point, (float)o->profile_acceleration, CYCLE_S);
-  if (rising & 0x10u) axis->attained = false;
-  if (rising & 0x10u && axis->point.velocity == 0.0f) {
-    axis->home = (int32_t)((uint32_t)o->home_offset - (uint32_t)actual);
-    axis->attained = true;
+/* The torque within its limit, instead of the law's. */
+static void give_torque(struct axis *axis, const struct axis_objects *o, const struct axis_feedback *feedback,
+                        int32_t torque, struct axis_command *command) {
+  axis->limited = torque > o->max_torque || torque < -(int32_t)o->max_torque;
+  if (torque > o->max_torque) torque = o->max_torque;
+  if (torque < -(int32_t)o->max_torque) torque = -(int32_t)o->max_torque;
+  if (torque > 32767) torque = 32767;
+  if (torque < -32768) torque = -32768;
+  command->torque = (int16_t)torque;
+  command->torque_only = true;
+  axis->point = (struct setpoint){.whole = feedback->position, .velocity = axis->velocity};
+}
+
+/* Profile torque: the target along the slope. */
+static void slope_torque(struct axis *axis, const struct axis_objects *o) {
+  float away = (float)o->target_torque - axis->torque, step = (float)o->torque_slope * CYCLE_S;
+  if (fabsf(away) <= step) {
+    axis->torque = (float)o->target_torque;
+  } else {
+    axis->torque += away > 0.0f ? step : -step;
   }
 }
 
@@ -182,7 +229,7 @@ static void run_mode(struct axis *axis, int n, const struct axis_feedback *feedb
   struct axis_objects *o = &objects.axis[n];
   uint16_t rising = o->controlword & (uint16_t)~axis->control_was;
   float rate = axis->interpolator.per_span * (1024.0f * CYCLES_PER_S);
-  int32_t torque;
+  struct limits limits;
   switch (axis->mode) {
     case MODE_CSP:
       follow_position(axis, o, fresh, rate);
@@ -194,28 +241,30 @@ static void run_mode(struct axis *axis, int n, const struct axis_feedback *feedb
       command->torque = o->torque_offset;
       break;
     case MODE_CST:
-      torque = o->target_torque + o->torque_offset;
-      axis->limited = torque > o->max_torque || torque < -(int32_t)o->max_torque;
-      if (torque > o->max_torque) torque = o->max_torque;
-      if (torque < -(int32_t)o->max_torque) torque = -(int32_t)o->max_torque;
-      if (torque > 32767) torque = 32767;
-      if (torque < -32768) torque = -32768;
-      command->torque = (int16_t)torque;
-      command->torque_only = true;
-      axis->point = (struct setpoint){.whole = feedback->position, .velocity = axis->velocity};
+      give_torque(axis, o, feedback, o->target_torque + o->torque_offset, command);
+      break;
+    case MODE_PROFILE_TORQUE:
+      slope_torque(axis, o);
+      give_torque(axis, o, feedback, (int32_t)axis->torque, command);
+      break;
+    case MODE_PROFILE_VELOCITY:
+      limits = limits_of(axis, o);
+      axis->limited = profile_run(&axis->profile, o, &axis->point, &limits, turn == n);
       break;
     case MODE_PROFILE_POSITION:
       if (rising & 0x10u) {
         profile_target(&axis->profile, o, clipped(axis, o, profile_wanted(&axis->profile, o, axis->home)),
-                       axis->home);
+                       axis->home, most_of(axis, o));
       }
       profile_cycle(&axis->profile, o, &axis->point);
       break;
     case MODE_HOMING:
-      home(axis, o, feedback->position, rising);
+      if (homing_cycle(&axis->homing, o, feedback, rising & 0x10u, most_of(axis, o), &axis->point)) {
+        axis->home = (int32_t)((uint32_t)o->home_offset - (uint32_t)axis->homing.place);
+      }
       break;
     default: /* no mode: comes to a stop */
-      setpoint_brake(&axis->point, (float)o->profile_acceleration, CYCLE_S);
+      setpoint_brake(&axis->point, (float)o->profile_deceleration, CYCLE_S);
   }
   axis->control_was = o->controlword;
 }
@@ -235,7 +284,7 @@ static void measure(struct axis *axis, struct axis_objects *o, const struct axis
  * cycle. */
 static void supervise(struct axis *axis, int n, const struct axis_feedback *feedback) {
   struct axis_objects *o = &objects.axis[n];
-  bool tracks = axis->powered && axis->mode != MODE_CST;
+  bool tracks = axis->powered && axis->mode != MODE_CST && axis->mode != MODE_PROFILE_TORQUE;
   int32_t error = tracks ? (int32_t)((uint32_t)axis->point.whole - (uint32_t)feedback->position) : 0;
   uint32_t size = error < 0 ? 0u - (uint32_t)error : (uint32_t)error;
   o->following_error = error;
@@ -297,7 +346,7 @@ static void stop(struct axis *axis, int n, const struct axis_feedback *feedback,
   axis->point = axis->next;
   if (axis->point.velocity == 0.0f && axis->settles < SETTLE_CYCLES) ++axis->settles;
   setpoint_brake(&axis->next,
-                 (float)(ramp == RAMP_PROFILE ? o->profile_acceleration : o->quick_stop_deceleration), CYCLE_S);
+                 (float)(ramp == RAMP_PROFILE ? o->profile_deceleration : o->quick_stop_deceleration), CYCLE_S);
   axis->point.acceleration = axis->next.acceleration;
   begin_mode(axis, n);
 }
@@ -309,17 +358,25 @@ static uint16_t status_of(const struct axis *axis, const struct axis_objects *o)
   bool runs = axis->machine.state == DRIVE_ENABLED && !stops;
   if (al_state() == AL_OP) status |= STATUS_REMOTE;
   if (axis->limited) status |= STATUS_LIMIT;
-  if (axis->beyond && axis->mode != MODE_HOMING && axis->mode != MODE_CSV) {
-    status |= STATUS_FOLLOWING_ERROR;
-  }
+  /* In the other modes bit 13 has another meaning, or none. */
+  if (axis->beyond && (axis->mode == MODE_PROFILE_POSITION || axis->mode == MODE_CSP)) status |= STATUS_MODE_13;
   switch (axis->mode) {
     case MODE_PROFILE_POSITION:
       if (axis->profile.acknowledged) status |= STATUS_MODE_12;
       if (stops ? still : axis->profile.reached) status |= STATUS_REACHED;
       break;
+    case MODE_PROFILE_VELOCITY:
+      if (axis->profile.zero) status |= STATUS_MODE_12;
+      if (stops ? still : runs && axis->profile.reached) status |= STATUS_REACHED;
+      break;
+    case MODE_PROFILE_TORQUE:
+      if (stops ? still : runs && axis->torque == (float)o->target_torque && !axis->limited) status |= STATUS_REACHED;
+      break;
     case MODE_HOMING:
-      if (axis->attained) status |= STATUS_MODE_12;
-      if (still || (axis->attained && !stops)) status |= STATUS_REACHED;
+      if (axis->homing.attained) status |= STATUS_MODE_12;
+      if (axis->homing.failed) status |= STATUS_MODE_13;
+      if (axis->homing.phase != HOMING_IDLE) break; /* under way */
+      if (still || (axis->homing.attained && !stops)) status |= STATUS_REACHED;
       break;
     default:
       if (runs && axis->mode) status |= STATUS_MODE_12;
@@ -330,15 +387,18 @@ static uint16_t status_of(const struct axis *axis, const struct axis_objects *o)
 
 static bool supported(int8_t mode) {
   return mode == 0 || mode == MODE_PROFILE_POSITION || mode == MODE_HOMING ||
-         (mode >= MODE_CSP && mode <= MODE_CST);
+         mode == MODE_PROFILE_VELOCITY || mode == MODE_PROFILE_TORQUE || (mode >= MODE_CSP && mode <= MODE_CST);
 }
 
 void axis_cycle(int n, const struct axis_feedback *feedback, bool fresh, struct axis_command *command) {
   struct axis *axis = &axes[n];
   struct axis_objects *o = &objects.axis[n];
   enum drive_ramp ramp;
+  int32_t before = axis->last_actual;
+  if (n == 0) turn = (turn + 1) % AXES;
   *command = (struct axis_command){0};
   measure(axis, o, feedback);
+  if (probe_active(&axis->probe, o)) probe_cycle(&axis->probe, o, feedback, before, axis->home);
   cia402_step(&axis->machine, o, al_state() == AL_OP, rests(axis));
   supervise(axis, n, feedback);
   if (feedback->fault) { /* cannot be reset while it lasts */
@@ -368,6 +428,7 @@ void axis_cycle(int n, const struct axis_feedback *feedback, bool fresh, struct 
   axis->stops = command->power && ramp != RAMP_NONE;
   if (!axis->stops) axis->settles = 0;
   if (axis->mode == MODE_PROFILE_POSITION) profile_watch(&axis->profile, o, feedback->position);
+  if (axis->mode == MODE_PROFILE_VELOCITY) profile_watch_speed(&axis->profile, o, axis->velocity);
   o->position_demand = (int32_t)((uint32_t)axis->point.whole + (uint32_t)axis->home);
   o->statusword = status_of(axis, o);
   command->position = axis->point.whole;

@@ -9,6 +9,8 @@
 #include "application.h"
 
 #define MODE_PROFILE_POSITION 1
+#define MODE_PROFILE_VELOCITY 3
+#define MODE_PROFILE_TORQUE 4
 #define MODE_HOMING 6
 #define MODE_CSP 8
 #define MODE_CSV 9
@@ -23,7 +25,8 @@ void axis_leave_op(int n, uint16_t error);
 void axis_fault(int n, uint16_t error);
 /* Cycle of the master as object 60C2 gives it. */
 uint32_t axis_period_us(int n);
-/* 0, or the abort code of a value that its object refuses because of another value: 60C2. */
+/* 0, or the abort code of a value that its object refuses because of another value, or that asks for what is not there: 607D, 60B8,
+ * 60C2. */
 uint32_t axis_check(uint16_t index, uint8_t subindex, uint32_t value);
 
 #endif

@@ -11,8 +11,13 @@ struct ethercat_input {
   int32_t position[AXES];      /* increments */
   int32_t torque_fault[AXES];  /* bits 15:0 torque in 0.1 %, 31:16 error code of CiA 402 */
   float pose[AXES];            /* of the tool, m and rad */
-  uint32_t digital_inputs;     /* 8 bits */
+  uint32_t digital_inputs;     /* bits 7:0, and the switches of axis n (SWITCH_*) from bit TICK_SWITCHES + 3 n on */
+  uint32_t index_counts;       /* pulses of the index of axis n since power on, modulo 64, in bits 6 n + 5 : 6 n */
+  int32_t index_position[AXES]; /* increments, at the last of these pulses */
+  uint32_t edge_ages;          /* from the last edge to the tick, 1/65536 of it: input 1 bits 15:0, 2 bits 31:16 */
 };
+
+#define TICK_SWITCHES 8
 
 #define TICK_POWER 0x10000u
 #define TICK_TORQUE_ONLY 0x20000u

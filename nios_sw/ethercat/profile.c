@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Profile position, see profile.h. A move is planned while the one before still runs: it begins
+/* Profile position and profile velocity, see profile.h. A move is planned while the one before still runs: it begins
  * PLAN_CYCLES later, from where that one will be then. One axis plans at a time, a step in each control
  * cycle, so that no pass gets long; the others wait. */
 #include "profile.h"
 
 #include <math.h>
+
+#include "limiter.h"
 
 #define CYCLE_S (CYCLE_US * 1e-6f)
 #define CYCLES_PER_MS (1000u / CYCLE_US)
@@ -28,17 +30,21 @@ void setpoint_advance(struct setpoint *point, float way) {
   point->part = sum - (float)whole;
 }
 
-void setpoint_brake(struct setpoint *point, float deceleration, float cycle) {
-  float step = deceleration * cycle, before = point->velocity;
+void setpoint_run(struct setpoint *point, float velocity, float acceleration, float cycle) {
+  float step = acceleration * cycle, before = point->velocity, change = velocity - before;
   float least = fabsf(before) * LEAST_CHANGE; /* of a float, so that every ramp ends */
   if (step < least) step = least;
-  if (fabsf(before) <= step) {
-    point->velocity = 0.0f;
+  if (fabsf(change) <= step) {
+    point->velocity = velocity;
   } else {
-    point->velocity = before > 0.0f ? before - step : before + step;
+    point->velocity = change < 0.0f ? before - step : before + step;
   }
   point->acceleration = (point->velocity - before) / cycle;
   setpoint_advance(point, (before + point->velocity) * (0.5f * cycle));
+}
+
+void setpoint_brake(struct setpoint *point, float deceleration, float cycle) {
+  setpoint_run(point, 0.0f, deceleration, cycle);
 }
 
 void profile_start(struct profile *profile) {
@@ -47,6 +53,8 @@ void profile_start(struct profile *profile) {
   profile->moving = profile->has_next = profile->acknowledged = false;
   profile->reached = true;
   profile->within = 0;
+  profile->planned_speed = profile->blocked = false;
+  profile->faster = 0;
 }
 
 void profile_drop(struct profile *profile) {
@@ -63,14 +71,15 @@ int32_t profile_wanted(const struct profile *profile, const struct axis_objects 
   return (int32_t)(from + (uint32_t)o->target_position);
 }
 
-void profile_target(struct profile *profile, const struct axis_objects *o, int32_t target, int32_t home) {
-  uint32_t speed = o->profile_velocity < o->max_velocity ? o->profile_velocity : o->max_velocity;
+void profile_target(struct profile *profile, const struct axis_objects *o, int32_t target, int32_t home, float most) {
+  float speed = (float)o->profile_velocity;
   if (profile->has_next && !(o->controlword & AT_ONCE)) return; /* one waits already: not acknowledged */
   profile->next = (int32_t)((uint32_t)target - (uint32_t)home);
   profile->has_next = true;
   profile->at_once = o->controlword & AT_ONCE;
-  profile->limits.velocity = (float)speed;
+  profile->limits.velocity = speed < most ? speed : most;
   profile->limits.acceleration = (float)o->profile_acceleration;
+  profile->limits.deceleration = (float)o->profile_deceleration;
   profile->limits.jerk = (float)o->profile_jerk * 1000.0f;
   profile->acknowledged = true;
   profile->reached = false;
@@ -104,7 +113,7 @@ void profile_cycle(struct profile *profile, const struct axis_objects *o, struct
   if (others) planner = 0;
   if (!(o->controlword & NEW_TARGET) && !profile->has_next) profile->acknowledged = false;
   if (!profile->moving && point->velocity != 0.0f) {
-    setpoint_brake(point, (float)o->profile_acceleration, CYCLE_S);
+    setpoint_brake(point, (float)o->profile_deceleration, CYCLE_S);
     return;
   }
   if (profile->planning) {
@@ -149,5 +158,64 @@ void profile_watch(struct profile *profile, const struct axis_objects *o, int32_
     profile->reached = profile->within++ >= o->position_window_time * CYCLES_PER_MS;
   } else if (!profile->reached) {
     profile->within = 0;
+  }
+}
+
+/* Plans the change to `target`, if what it depends on is not what it was. */
+static void plan_speed(struct profile *profile, const struct axis_objects *o, const struct setpoint *point,
+                       float target) {
+  uint32_t with[] = {o->profile_acceleration, o->profile_deceleration, o->profile_jerk};
+  struct scurve_limits limits;
+  if (profile->planned_speed && target == profile->planned_target && with[0] == profile->planned_with[0] &&
+      with[1] == profile->planned_with[1] && with[2] == profile->planned_with[2]) {
+    return;
+  }
+  limits.velocity = target;
+  limits.acceleration = (float)with[0];
+  limits.deceleration = (float)with[1];
+  limits.jerk = (float)with[2] * 1000.0f;
+  scurve_change(&profile->move, point->velocity, point->acceleration, target, &limits);
+  for (int n = 0; n < 3; ++n) profile->planned_with[n] = with[n];
+  if (target != profile->planned_target) profile->blocked = false;
+  profile->speed = profile->planned_target = target;
+  profile->planned_speed = profile->moving = true;
+}
+
+bool profile_run(struct profile *profile, const struct axis_objects *o, struct setpoint *point,
+                 struct limits *limits, bool turn) {
+  struct scurve_state state;
+  float target = (float)o->target_velocity, most = limits->speed;
+  bool limited = fabsf(target) > most;
+  if (limited) target = target < 0.0f ? -most : most;
+  if (!profile->planned_speed) profile->speed = point->velocity;
+  if (turn) plan_speed(profile, o, point, target);
+  if (!profile->moving || !scurve_next(&profile->move, CYCLE_S, &state)) {
+    profile->moving = false;
+    state = (struct scurve_state){0.0f, profile->speed, 0.0f};
+  }
+  /* Of limits, those of the position: a speed above a lowered limit falls as planned. */
+  if (fabsf(state.v) > most) limits->speed = fabsf(state.v);
+  if (!limiter_run(point, state.v, state.a, limits)) {
+    if (profile->planned_speed && !profile->moving) profile->blocked = false;
+    return limited || profile->blocked;
+  }
+  profile->planned_speed = profile->moving = false;
+  profile->blocked = true;
+  point->acceleration = 0.0f;
+  return true;
+}
+
+void profile_watch_speed(struct profile *profile, const struct axis_objects *o, float actual) {
+  if (fabsf(actual - (float)o->target_velocity) > (float)o->velocity_window) {
+    profile->reached = false;
+    profile->within = 0;
+  } else if (!profile->reached) {
+    profile->reached = profile->within++ >= o->velocity_window_time * CYCLES_PER_MS;
+  }
+  if (fabsf(actual) <= (float)o->velocity_threshold) {
+    profile->zero = true;
+    profile->faster = 0;
+  } else if (profile->zero) {
+    profile->zero = profile->faster++ < o->velocity_threshold_time * CYCLES_PER_MS;
   }
 }

@@ -12,16 +12,24 @@ static struct scurve_state after(const struct scurve_state *s, float jerk, float
   return end;
 }
 
+/* The greatest acceleration of a change of speed with this sign: the lesser one of both when it goes through 0. */
+static float most_of(float from, float to, float sign, const struct scurve_limits *limits) {
+  bool faster = sign * (from + to) >= 0.0f;
+  if (from * to < 0.0f) faster = limits->acceleration < limits->deceleration;
+  return faster ? limits->acceleration : limits->deceleration;
+}
+
 /* From `from` to speed v with acceleration 0 in the least time: durations and jerks of three phases, and
  * the state at the end. */
 static struct scurve_state change_speed(const struct scurve_state *from, float v,
                                         const struct scurve_limits *limits, float *duration,
                                         float *jerk) {
-  float j = limits->jerk, most = limits->acceleration;
+  float j = limits->jerk, most;
   float sign = v >= from->v + from->a * fabsf(from->a) / (2.0f * j) ? 1.0f : -1.0f;
   float a = sign * from->a, change = sign * (v - from->v);
   float square = j * change + a * a * 0.5f, peak;
   struct scurve_state s = *from;
+  most = most_of(from->v, v, sign, limits);
   if (a > most) most = a; /* limits were lowered in motion */
   peak = square > 0.0f ? sqrtf(square) : 0.0f;
   duration[1] = 0.0f;
@@ -70,9 +78,8 @@ static void find_durations(const struct scurve_plan *plan, struct scurve *move) 
   move->jerk[3] = 0.0f;
 }
 
-static void find_states(const struct scurve_plan *plan, struct scurve *move) {
-  float peak = peak_of(plan);
-  struct scurve_state s = plan->start;
+static void find_states(const struct scurve_state *start, float peak, struct scurve *move) {
+  struct scurve_state s = *start;
   for (int i = 0; i < SCURVE_PHASES; ++i) {
     move->at[i] = s;
     s = after(&s, move->jerk[i], move->duration[i]);
@@ -81,6 +88,13 @@ static void find_states(const struct scurve_plan *plan, struct scurve *move) {
   move->phase = 0;
   move->cycle = 0;
   move->late = 0.0f;
+}
+
+void scurve_change(struct scurve *move, float v, float a, float target, const struct scurve_limits *limits) {
+  struct scurve_state start = {0.0f, v, a};
+  change_speed(&start, target, limits, move->duration, move->jerk);
+  for (int i = 3; i < SCURVE_PHASES; ++i) move->duration[i] = move->jerk[i] = 0.0f;
+  find_states(&start, target, move);
 }
 
 void scurve_search(struct scurve_plan *plan, struct scurve *move) {
@@ -99,7 +113,7 @@ void scurve_search(struct scurve_plan *plan, struct scurve *move) {
   } else if (step == SCURVE_STEPS - 2) {
     find_durations(plan, move);
   } else {
-    find_states(plan, move);
+    find_states(&plan->start, peak_of(plan), move);
   }
 }
 

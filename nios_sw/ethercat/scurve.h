@@ -12,7 +12,7 @@
 #define SCURVE_STEPS 32 /* of a plan: both ends, 28 halvings, durations, states */
 
 struct scurve_limits {
-  float velocity, acceleration, jerk;
+  float velocity, acceleration, deceleration, jerk;
 };
 
 struct scurve_state {
@@ -35,6 +35,9 @@ struct scurve_plan {
   uint8_t step; /* the next one */
 };
 
+/* From (0, v, a) to another speed, and that speed from then on: `move` is complete at once, its states give no
+ * place of use. */
+void scurve_change(struct scurve *move, float v, float a, float target, const struct scurve_limits *limits);
 /* From (0, v, a) over `length`. */
 void scurve_begin(struct scurve_plan *plan, float length, float v, float a,
                   const struct scurve_limits *limits);

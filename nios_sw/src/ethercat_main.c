@@ -15,6 +15,30 @@
 static struct feedback feedback;
 static struct command command;
 
+/* What changes seldom is divided among the axes when it does. */
+static void take_switches(const volatile struct ethercat_input *in) {
+  static uint32_t before;
+  uint32_t digital = in->digital_inputs, ages;
+  if (digital == before) return;
+  before = digital;
+  feedback.digital_inputs = (uint8_t)digital;
+  ages = in->edge_ages;
+  feedback.edge_age[0] = (uint16_t)ages;
+  feedback.edge_age[1] = (uint16_t)(ages >> 16);
+  for (int n = 0; n < AXES; ++n) feedback.axis[n].switches = digital >> (TICK_SWITCHES + 3 * n) & 7u;
+}
+
+static void take_index(const volatile struct ethercat_input *in) {
+  static uint32_t before;
+  uint32_t counts = in->index_counts;
+  if (counts == before) return;
+  before = counts;
+  for (int n = 0; n < AXES; ++n) {
+    feedback.axis[n].index_count = counts >> 6 * n & 63u;
+    feedback.axis[n].index_position = in->index_position[n];
+  }
+}
+
 static void take(const volatile struct ethercat_input *in) {
   for (int n = 0; n < AXES; ++n) {
     feedback.axis[n].position = in->position[n];
@@ -22,7 +46,8 @@ static void take(const volatile struct ethercat_input *in) {
     feedback.axis[n].fault = (uint16_t)((uint32_t)in->torque_fault[n] >> 16);
     feedback.pose[n] = in->pose[n];
   }
-  feedback.digital_inputs = (uint8_t)in->digital_inputs;
+  take_switches(in);
+  take_index(in);
 }
 
 static void give(volatile struct ethercat_output *out) {

@@ -15,7 +15,7 @@ from sim.rtl.nios_map import default_system_map
 IMAGE = "ethercat"  # its program
 CLOCK_NS = 10
 CYCLE_CLOCKS = 10_000  # between two control ticks
-INPUT_WORDS, OUTPUT_WORDS = 16, 29  # of a control tick: nios_sw/ethercat/ethercat_tick.h
+INPUT_WORDS, OUTPUT_WORDS = 23, 29  # of a control tick: nios_sw/ethercat/ethercat_tick.h
 BEFORE = 8  # clocks before a control tick at which `DeviceRtl.tick` begins
 COUNTS = ("ticks", "last", "longest", "sum", "overrun", "sent", "returned")
 
@@ -23,7 +23,7 @@ COUNTS = ("ticks", "last", "longest", "sum", "overrun", "sent", "returned")
 class DeviceRtl(BusModel):
     """One device with its program running, a control tick each `CYCLE_CLOCKS`.
 
-    inputs (16,), outputs (29,): words of the next tick and of the last one, uint32. The model is
+    inputs (23,), outputs (29,): words of the next tick and of the last one, uint32. The model is
     built on first use. Raises BuildError.
     """
 

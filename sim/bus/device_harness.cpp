@@ -21,7 +21,7 @@ using Line = Ring<Vethercat_nios>;
 namespace {
 
 constexpr unsigned AXES = 5;
-constexpr unsigned INPUTS = 3 * AXES + 1, OUTPUTS = 5 * AXES + 4;
+constexpr unsigned INPUTS = 4 * AXES + 3, OUTPUTS = 5 * AXES + 4;
 constexpr unsigned POSITION = 0, TORQUE_FLAGS = 4 * AXES, DIGITAL_OUTPUTS = 5 * AXES;
 constexpr uint32_t POWER = 0x10000, TORQUE_ONLY = 0x20000;
 

@@ -15,7 +15,7 @@ A gain that comes as a setting goes into the law's words before the next tick.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,7 @@ from sim.bus.coe.dictionary import Device
 from sim.bus.device import INPUT_WORDS
 from sim.bus.forces import PER_RATED, along_axes, with_torques
 from sim.bus.gains import GainError, Gains
+from sim.bus.switches import Switches
 from sim.core.controller import AsipController
 from sim.robot.kinematics import height2_of
 from sim.robot.parameters import Robot
@@ -37,6 +38,8 @@ PROGRAM = ROOT / "asip_asm/programs/tracking_optimised.s"
 INCREMENT = 0x2011
 POWER, TORQUE_ONLY = 0x10000, 0x20000  # TICK_POWER, TICK_TORQUE_ONLY
 FLAGS = slice(4 * AXES, 5 * AXES)
+INDEX = slice(3 * AXES + 2, 4 * AXES + 2)  # positions
+SWITCHES = 8  # TICK_SWITCHES
 SETTING = slice(5 * AXES + 1, 5 * AXES + 4)  # number, place, value
 
 
@@ -49,12 +52,20 @@ def increments(device: Device) -> NDArray[np.float64]:
 class Machine:
     """The robot at rest at a pose (5,), brakes closed. `stopped`: it lost its power again.
 
+    switches: of axes by their number; an axis without has none that is ever on, and no index.
     places: exact tool and table (5,) in each control tick with power;
     refused: gains that the law could not take, by what was wrong.
     """
 
-    def __init__(self, robot: Robot, device: Device, pose: Sequence[float]) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        device: Device,
+        pose: Sequence[float],
+        switches: Mapping[int, Switches] | None = None,
+    ) -> None:
         self.robot = robot
+        self.switches = switches or {}
         self.increments = increments(device)
         self.plant = Plant(robot, pose[:3], pose[3:])
         image = assemble(PROGRAM, configuration="fast", defines=robot.values())
@@ -75,7 +86,8 @@ class Machine:
         return np.array((x, y, math.sqrt(z2), *joints[3:]))
 
     def measured(self) -> NDArray[np.uint32]:
-        """Inputs of a tick: positions by the encoders, torques along the axes, pose; no fault."""
+        """Inputs of a tick: positions by the encoders, torques along the axes, pose, switches and
+        indices; no fault, no age of an edge."""
         pose = self.pose()
         words = np.zeros(INPUT_WORDS, np.uint32)
         words[:AXES] = np.rint(pose / self.increments).astype(np.int32).view(np.uint32)
@@ -83,6 +95,12 @@ class Machine:
         torques = np.rint(PER_RATED * forces / self._rated).astype(np.int16)
         words[AXES : 2 * AXES] = torques.view(np.uint16)
         words[2 * AXES : 3 * AXES] = pose.astype(np.float32).view(np.uint32)
+        for n, switches in self.switches.items():
+            position = int(words[:AXES].view(np.int32)[n])
+            switches.move(position)
+            words[3 * AXES] |= np.uint32(switches.word(position) << SWITCHES + 3 * n)
+            words[3 * AXES + 1] |= np.uint32(switches.count << 6 * n)
+            words[INDEX].view(np.int32)[n] = switches.index
         return words
 
     def advance(self, outputs: NDArray[np.uint32]) -> None:

@@ -9,7 +9,7 @@ from canopen.profiles.p402 import State402
 from tests.ethercat.host import AXES, Host
 
 SHUTDOWN, SWITCH_ON, ENABLE, QUICK_STOP, RESET = 0x06, 0x07, 0x0F, 0x02, 0x80
-PP, HOMING, CSP, CSV, CST = 1, 6, 8, 9, 10
+PP, PV, PT, HOMING, CSP, CSV, CST = 1, 3, 4, 6, 8, 9, 10
 TICK = 1e-4  # s
 PLANNING = 34  # control cycles in which a move of profile position is planned
 

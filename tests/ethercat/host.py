@@ -65,7 +65,14 @@ def build(name: str, *options: str, extra: tuple[Path, ...] = ()) -> Path:
 
 
 class AxisFeedback(ct.Structure):
-    _fields_ = [("position", ct.c_int32), ("torque", ct.c_int16), ("fault", ct.c_uint16)]
+    _fields_ = [
+        ("position", ct.c_int32),
+        ("torque", ct.c_int16),
+        ("fault", ct.c_uint16),
+        ("index_position", ct.c_int32),
+        ("index_count", ct.c_uint16),
+        ("switches", ct.c_uint16),
+    ]
 
 
 class Feedback(ct.Structure):
@@ -73,6 +80,7 @@ class Feedback(ct.Structure):
         ("axis", AxisFeedback * AXES),
         ("pose", ct.c_float * AXES),
         ("digital_inputs", ct.c_uint8),
+        ("edge_age", ct.c_uint16 * 2),
     ]
 
 

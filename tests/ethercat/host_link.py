@@ -7,7 +7,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sim.bus.machine import AXES, FLAGS, POWER, TORQUE_ONLY
+from sim.bus.device import INPUT_WORDS
+from sim.bus.machine import AXES, FLAGS, INDEX, POWER, SWITCHES, TORQUE_ONLY
 from tests.ethercat.host import DEVICE, Host
 
 
@@ -16,7 +17,7 @@ class HostWords:
 
     def __init__(self, host: Host) -> None:
         self.host = host
-        self.inputs, self.outputs = np.zeros(16, np.uint32), np.zeros(29, np.uint32)
+        self.inputs, self.outputs = np.zeros(INPUT_WORDS, np.uint32), np.zeros(29, np.uint32)
 
     def tick(self) -> None:
         feedback, command = self.host.feedback, self.host.command
@@ -26,6 +27,12 @@ class HostWords:
             self.inputs[AXES : 2 * AXES].view(np.uint16).reshape(-1, 2).T
         )
         feedback.pose[:] = self.inputs[2 * AXES : 3 * AXES].view(np.float32).tolist()
+        digital, counts = int(self.inputs[3 * AXES]), int(self.inputs[3 * AXES + 1])
+        feedback.digital_inputs = digital & 0xFF
+        axes["switches"] = [digital >> SWITCHES + 3 * n & 7 for n in range(AXES)]
+        axes["index_count"] = [counts >> 6 * n & 63 for n in range(AXES)]
+        axes["index_position"] = self.inputs[INDEX].view(np.int32)
+        feedback.edge_age[:] = self.inputs[4 * AXES + 2 :].view(np.uint16).tolist()
         self.host.held = set(range(AXES))
         self.host.cycle()
         axes = np.ctypeslib.as_array(command.axis)

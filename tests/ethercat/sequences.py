@@ -36,7 +36,8 @@ def _settings() -> list[tuple[Object, Entry]]:
 
 _OWN = {n for index, first in LISTS.values() for n in (index, *range(first, first + 16 * MAPS))}
 SETTINGS = _settings()
-COUPLED = [(o, e) for o, e in SETTINGS if o.index & 0x7FF in (0x60C2 & 0x7FF, 0x607D & 0x7FF)]
+RULED = {index & 0x7FF for index in (0x607D, 0x60B8, 0x60C2)}
+COUPLED = [(o, e) for o, e in SETTINGS if o.index & 0x7FF in RULED]
 
 
 def setting(random: Random) -> tuple[int, int, bytes]:
@@ -48,6 +49,8 @@ def setting(random: Random) -> tuple[int, int, bytes]:
     signed = entry.format[-1].islower()
     least, most = (-(1 << bits - 1), (1 << bits - 1) - 1) if signed else (0, (1 << bits) - 1)
     values = [least, most, 0, 1, 2, 100, 125, *entry.values]
+    if one.index & 0x7FF == 0x60B8 & 0x7FF:  # probes that are on, as they may be and not
+        values += [random.getrandbits(16) | 0x0101 for _ in range(8)] + [0x3511, 0x1533, 0x1515]
     values += [random.randint(least, most), random.randint(max(least, -2000), min(most, 2000))]
     for edge in map(int, entry.limits or ()):
         values += [edge - 1, edge, edge + 1]
@@ -157,6 +160,12 @@ def inconsistent(host: Host, random: Random, states: bool) -> list[str]:
             wrong.append(f"{index + 0xC2:04X}: {period} us")
         if number(host, index + 0x7D, 1) > number(host, index + 0x7D, 2):
             wrong.append(f"{index + 0x7D:04X}: least above most")
+        probes = int(number(host, index + 0xB8, 0))
+        wrong += [
+            f"{index + 0xB8:04X}: {probes:04X}"
+            for one in (probes & 0xFF, probes >> 8)
+            if one & 0x01 and (one & 0xC8 or one & 0x24 == 0x24)  # source, or falling index
+        ]
     for one, entry in random.sample(SETTINGS, 8):
         value = number(host, one.index, entry.subindex)
         if entry.values and value not in entry.values:

@@ -19,6 +19,8 @@ from tests.ethercat.drives import (
     ENABLE,
     HOMING,
     PP,
+    PT,
+    PV,
     QUICK_STOP,
     SHUTDOWN,
     SWITCH_ON,
@@ -29,6 +31,7 @@ from tests.ethercat.host import SAFEOP
 
 NO_MODE = 0
 MODES = (CSP, CSV, CST, PP, HOMING, NO_MODE)
+PROFILES = (PV, PT)  # of each fifth situation
 NOISE = 10_000  # increments/s: two of the last places of a position in a control cycle
 INCREMENT = 1  # of the encoder: less than one cannot be measured
 FAULT = 0x5441
@@ -122,6 +125,8 @@ def situation(seed: int) -> Stop:
     """One random stop."""
     random = Random(seed)
     mode = random.choice(MODES)
+    if seed % 5 == 4:
+        mode = PROFILES[seed // 5 % 2]
     mass = Mass(force=random.uniform(4e8, 3e9), bandwidth=random.uniform(100.0, 900.0))
     drives = Moved(mode if mode != HOMING else CSV, mass)
     period = random.choice((1, 2, 5, 10, 40))
@@ -136,6 +141,7 @@ def situation(seed: int) -> Stop:
     drives.put(0x605E, 0, fault)
     drives.put(0x605D, 0, halt)
     drives.put(0x6083, 0, profile)
+    drives.put(0x6084, 0, profile)
     fast = drives.get(0x6085)
     mass.position = random.uniform(-5e6, 5e6)
     drives.feedback.axis[0].position = round(mass.position)

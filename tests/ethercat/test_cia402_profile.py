@@ -54,6 +54,7 @@ def pp_drives(velocity: int = LIMITS[0], acceleration: int = LIMITS[1], jerk: in
     drives = Drives(PP)
     drives.put(0x6081, 0, velocity)
     drives.put(0x6083, 0, acceleration)
+    drives.put(0x6084, 0, acceleration)
     drives.put(0x60A4, 1, jerk // 1000)
     drives.put(0x6065, 0, 0xFFFFFFFF)
     drives.enable()
@@ -180,7 +181,8 @@ def test_halt__target_reached_only_when_it_stands():
 
 
 class Mapped(Drives):
-    """The first axis alone, with profile velocity and acceleration in its process data."""
+    """The first axis alone, with profile velocity, acceleration and deceleration (which
+    is as great) in its process data."""
 
     def __init__(self, velocity: int, acceleration: int) -> None:
         self.limits = (velocity, acceleration)
@@ -191,18 +193,18 @@ class Mapped(Drives):
     def process_managers(self, outputs: int = 0) -> None:
         self.put(0x1C12, 0, 0)
         self.put(0x1600, 0, 0)
-        entries = (0x60400010, 0x60600008, 8, 0x607A0020, 0x60810020, 0x60830020)
+        entries = (0x60400010, 0x60600008, 8, 0x607A0020, 0x60810020, 0x60830020, 0x60840020)
         for n, entry in enumerate(entries):
             self.put(0x1600, n + 1, entry)
         self.put(0x1600, 0, len(entries))
         self.put(0x1C12, 1, 0x1600)
         self.put(0x1C12, 0, 1)
-        super().process_managers(outputs=16)
+        super().process_managers(outputs=20)
 
     def outputs(self, values=None) -> None:
         values = values or {}
         words = [values.get((index, 0), 0) for index in (0x6040, 0x6060, 0x607A)]
-        self.write(0x1200, struct.pack("<HbxiII", *words, *self.limits))
+        self.write(0x1200, struct.pack("<HbxiIII", *words, *self.limits, self.limits[1]))
 
 
 @pytest.mark.parametrize(("velocity", "acceleration"), [(0, 100_000_000), (5_000_000, 0), (0, 0)])

@@ -37,7 +37,7 @@ def aborts(code: int, kind: type[Exception] = AbortedError) -> pytest.RaisesExc:
 
 
 def test_every_entry__reads_its_default(host):
-    state = {0x6041, 0x1001}
+    state = {0x6041, 0x1001, 0x608F, 0x6092}  # the scale of each axis: test_scale
     assert host.get(0x1010, 1) == 1 != DEVICE.object(0x1010).entry(1).default  # it has a flash
     for one in DEVICE.objects:
         for entry in one.entries:

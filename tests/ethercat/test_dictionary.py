@@ -22,7 +22,9 @@ DEVICE = load()
 IMAGE = sii.image(DEVICE)
 WANTED = """1000 1001 1008 1009 100A 1018 10F1 1C00 1C12 1C13 1C32 1C33 1600 1A00
 603F 6040 6041 605A 605B 605C 605D 605E 6060 6061 6062 6064 6065 6066 606C 6071 6077 607A 607D 6081
-6083 60B0 60B1 60B2 60C2 60F4 60FD 60FE 60FF 6502""".split()
+6083 6084 6080 6087 6088 608F 6091 6092 606D 606E 606F 6070 6099 609A 60E3
+60B8 60B9 60BA 60BB 60BC 60BD 60D5 60D6 60D7 60D8
+60B0 60B1 60B2 60C2 60F4 60FD 60FE 60FF 6502""".split()
 
 
 def categories(image: bytes) -> dict[int, bytes]:
@@ -178,7 +180,7 @@ def test_esi__every_type_is_defined_and_every_size_fits(device):
     [
         ('type = "u32"\naccess = "const"', 'type = "u33"\naccess = "const"', "1000:00: type 'u33'"),
         ("index = 0x1001", "index = 0x1000", "1000 appears twice"),
-        ("default = 0x3A1", "default = 0x1000003A1", "6502:00: default"),
+        ("default = 0x3AD", "default = 0x1000003AD", "6502:00: default"),
         ("default = 37", "default = 36", "6098:00: default 36 is not of its values"),
         ('objects = ["digital_inputs"]', 'objects = ["statuswort"]', "no object 'statuswort'"),
         ('objects = ["digital_inputs"]', 'objects = ["digital_outputs"]', "not to be mapped there"),

@@ -12,6 +12,7 @@ from tests.ethercat.stops import (
     KINDS,
     MODES,
     NOISE,
+    PROFILES,
     Mass,
     Moved,
     campaign,
@@ -27,7 +28,7 @@ def check_situations(count: int) -> None:
         assert not stop.too_far, f"situation({seed}) goes too far: {stop}"
         kinds.add(stop.kind)
         modes.add(stop.mode)
-    assert kinds >= {*KINDS, "following error"} and modes == set(MODES)
+    assert kinds >= {*KINDS, "following error"} and modes == {*MODES, *PROFILES}
 
 
 def test_stops__no_random_one_accelerates_or_goes_too_far():

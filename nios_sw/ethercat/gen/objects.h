@@ -52,6 +52,10 @@ struct axis_objects {
   uint32_t position_window; /* 6067, inc */
   uint16_t position_window_time; /* 6068, ms */
   int32_t velocity_actual; /* 606C, inc/s */
+  uint16_t velocity_window; /* 606D, inc/s */
+  uint16_t velocity_window_time; /* 606E, ms */
+  uint16_t velocity_threshold; /* 606F, inc/s */
+  uint16_t velocity_threshold_time; /* 6070, ms */
   int16_t target_torque; /* 6071, 0.1 % */
   uint16_t max_torque; /* 6072, 0.1 % */
   int16_t torque_actual; /* 6077, 0.1 % */
@@ -59,17 +63,34 @@ struct axis_objects {
   int32_t home_offset; /* 607C, inc */
   int32_t position_limit[2]; /* 607D, inc */
   uint32_t max_velocity; /* 607F, inc/s */
+  uint32_t max_motor_speed; /* 6080, 1/min */
   uint32_t profile_velocity; /* 6081, inc/s */
   uint32_t profile_acceleration; /* 6083, inc/s2 */
+  uint32_t profile_deceleration; /* 6084, inc/s2 */
   uint32_t quick_stop_deceleration; /* 6085, inc/s2 */
   int16_t profile_type; /* 6086 */
+  uint32_t torque_slope; /* 6087, 0.1 %/s */
+  int16_t torque_profile_type; /* 6088 */
+  uint32_t encoder_increments; /* 608F */
+  uint32_t motor_revolutions; /* 608F */
+  uint32_t gear_motor; /* 6091 */
+  uint32_t gear_shaft; /* 6091 */
+  uint32_t feed; /* 6092, inc */
+  uint32_t feed_shaft; /* 6092 */
   int8_t homing_method; /* 6098 */
+  uint32_t homing_speed[2]; /* 6099, inc/s */
+  uint32_t homing_acceleration; /* 609A, inc/s2 */
   uint32_t profile_jerk; /* 60A4, 1000 inc/s3 */
   int32_t position_offset; /* 60B0, inc */
   int32_t velocity_offset; /* 60B1, inc/s */
   int16_t torque_offset; /* 60B2, 0.1 % */
+  uint16_t probe_function; /* 60B8 */
+  uint16_t probe_status; /* 60B9 */
+  int32_t probe_value[4]; /* 60BA, inc */
   uint8_t period_value; /* 60C2 */
   int8_t period_index; /* 60C2 */
+  uint16_t probe_count[4]; /* 60D5 */
+  int8_t homing_methods[32]; /* 60E3 */
   int32_t following_error; /* 60F4, inc */
   uint32_t inputs; /* 60FD */
   uint32_t outputs; /* 60FE */
