@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // ethercat_nios: the device on the bus: the slave controller with the Nios II system FPGA2 as its application.
 // Contract: the controller is at EscBase of the core's address space (nios_sw/ethercat/esc_nios.h), irq_o of it is not
-// used. Ports host_*, run_i, tick_i and pending_o are those of n2_system, all MII ports those of ethercat_slave.
+// used. A reset that the master asks for (ESC_RESET) resets the core too: reset_no is low then, and the program starts
+// anew with its data memory as it is. Ports host_*, run_i, tick_i and pending_o are those of n2_system, all MII ports those of ethercat_slave.
 module ethercat_nios #(
     parameter logic [31:0] EscBase = 32'h2100_0000,
     parameter int unsigned Trace   = 0
@@ -32,7 +33,9 @@ module ethercat_nios #(
     output logic [7:0]  console_data_o,
     output logic        exit_valid_o,
     output logic [31:0] exit_status_o,
+    output logic        reset_no,
     // distributed clocks
+    input  logic [1:0]  latch_i,
     output logic [1:0]  sync_o,
     output logic [63:0] time_o
 );
@@ -55,7 +58,7 @@ module ethercat_nios #(
       .External(1)
   ) u_system (
       .clk_i,
-      .rst_ni,
+      .rst_ni             (reset_no),
       .run_i,
       .host_address_i,
       .host_write_i,
@@ -115,6 +118,8 @@ module ethercat_nios #(
       .avs_readdata_o   (esc_readdata),
       .avs_waitrequest_o(esc_waitrequest),
       .irq_o            (unused_irq),
+      .reset_no,
+      .latch_i,
       .sync_o,
       .time_o
   );
