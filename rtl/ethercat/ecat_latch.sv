@@ -68,8 +68,12 @@ module ecat_latch (
           esc_regmap_pkg::REG_SYNC_CONTROL:
           owner_q <= {register_i.data[esc_regmap_pkg::SYNC_CONTROL_LATCH1_LSB],
                       register_i.data[esc_regmap_pkg::SYNC_CONTROL_LATCH0_LSB]};
-          esc_regmap_pkg::REG_LATCH_CONTROL_0: single_q[1:0] <= register_i.data[1:0];
-          esc_regmap_pkg::REG_LATCH_CONTROL_1: single_q[3:2] <= register_i.data[1:0];
+          esc_regmap_pkg::REG_LATCH_CONTROL_0:
+          single_q[1:0] <= {register_i.data[esc_regmap_pkg::LATCH_CONTROL_0_FALLING_LSB],
+                            register_i.data[esc_regmap_pkg::LATCH_CONTROL_0_RISING_LSB]};
+          esc_regmap_pkg::REG_LATCH_CONTROL_1:
+          single_q[3:2] <= {register_i.data[esc_regmap_pkg::LATCH_CONTROL_1_FALLING_LSB],
+                            register_i.data[esc_regmap_pkg::LATCH_CONTROL_1_RISING_LSB]};
           default: ;
         endcase
       end

@@ -34,14 +34,19 @@ module ecat_protection (
       else if (access_i.frame && writes_i && access_i.data[0] && window_i.mask[0] && window_i.shift == '0)
         enabled_q <= enabled_q | enables;
       if (register_i.write && !register_i.application) begin
-        if (register_i.address == esc_regmap_pkg::REG_REGISTER_PROTECTION) protected_q[RegisterBit] <= register_i.data[0];
-        if (register_i.address == esc_regmap_pkg::REG_WRITE_PROTECTION) protected_q[AllBit] <= register_i.data[0];
+        case (register_i.address)
+          esc_regmap_pkg::REG_REGISTER_PROTECTION:
+          protected_q[RegisterBit] <= register_i.data[esc_regmap_pkg::REGISTER_PROTECTION_ON_LSB];
+          esc_regmap_pkg::REG_WRITE_PROTECTION:
+          protected_q[AllBit] <= register_i.data[esc_regmap_pkg::WRITE_PROTECTION_ON_LSB];
+          default: ;
+        endcase
       end
     end
   end
 
   logic unused;
   assign unused = &{access_i.valid, access_i.commit, access_i.application, access_i.read, access_i.write,
-                    access_i.data[7:1], window_i.mask[7:1], window_i.high, register_i.read, register_i.data[7:1]};
+                    access_i.data, window_i.mask, window_i.high, register_i.read, register_i.data};
 
 endmodule

@@ -69,7 +69,7 @@ module ecat_reset #(
 
   assign reset_no    = active_nq;
   assign live_hit_o  = live_address_i == esc_regmap_pkg::REG_ESC_RESET;
-  assign live_data_o = {6'd0, state_q};
+  assign live_data_o = 8'(state_q);
 
   logic unused;
   assign unused = &{register_i.read};

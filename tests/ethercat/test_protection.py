@@ -35,12 +35,18 @@ def byte(register: ByteRegister, value: int) -> tuple[int, bytes]:
     return register.address, bytes([value])
 
 
+def switch(register: ByteRegister, on: bool = True) -> tuple[int, bytes]:
+    """A write of a protection or enable register, which has one field."""
+    (name,) = register.fields
+    return byte(register, register.word(**{name: on}))
+
+
 @pytest.mark.parametrize(("protection", "enable", "memory"), KINDS)
 def test_protected__is_not_written_and_not_counted(
     line: Line, protection: ByteRegister, enable: ByteRegister, memory: bool
 ):
-    assert counters(line, byte(protection, 1), byte(STATION, 1)) == [1, 1]  # from the next frame on
-    assert counters(line, byte(STATION, 2), byte(protection, 0), (MEMORY, b"\x5a")) == [
+    assert counters(line, switch(protection), byte(STATION, 1)) == [1, 1]  # from the next frame on
+    assert counters(line, byte(STATION, 2), switch(protection, False), (MEMORY, b"\x5a")) == [
         0,
         0,
         not memory,
@@ -56,26 +62,26 @@ def test_protected__is_not_written_and_not_counted(
 def test_enable__frees_the_rest_of_its_frame(
     line: Line, protection: ByteRegister, enable: ByteRegister, memory: bool
 ):
-    counters(line, byte(protection, 1))
-    found = counters(line, byte(STATION, 1), byte(enable, 1), byte(STATION, 2), (MEMORY, b"\x5a"))
+    counters(line, switch(protection))
+    found = counters(line, byte(STATION, 1), switch(enable), byte(STATION, 2), (MEMORY, b"\x5a"))
     assert found == [0, 1, 1, 1]
     assert read(line, 0, STATION) == 2 and line.read(MEMORY) == 0x5A
     assert read(line, 0, enable) == 0
     assert counters(line, byte(STATION, 3)) == [0]
-    assert counters(line, byte(enable, 0), byte(STATION, 3)) == [1, 0]
-    assert counters(line, byte(enable, 1), byte(protection, 0)) == [1, 1]
+    assert counters(line, switch(enable, False), byte(STATION, 3)) == [1, 0]
+    assert counters(line, switch(enable), switch(protection, False)) == [1, 1]
     assert counters(line, byte(STATION, 4)) == [1]
 
 
 def test_enable__of_a_bad_frame_frees_no_other(line: Line):
-    counters(line, byte(esc_regmap.REGISTER_PROTECTION, 1))
-    line.exchange(single(APWR, 0, esc_regmap.REGISTER_ENABLE.address, b"\1"), sequence=bytes(4))
+    counters(line, switch(esc_regmap.REGISTER_PROTECTION))
+    line.exchange(single(APWR, 0, *switch(esc_regmap.REGISTER_ENABLE)), sequence=bytes(4))
     assert counters(line, byte(STATION, 3)) == [0]
 
 
 def test_register_enable__does_not_free_a_protected_controller(line: Line):
-    counters(line, byte(esc_regmap.WRITE_PROTECTION, 1), byte(esc_regmap.REGISTER_PROTECTION, 1))
-    one, both = byte(esc_regmap.REGISTER_ENABLE, 1), byte(esc_regmap.WRITE_ENABLE, 1)
+    counters(line, switch(esc_regmap.WRITE_PROTECTION), switch(esc_regmap.REGISTER_PROTECTION))
+    one, both = switch(esc_regmap.REGISTER_ENABLE), switch(esc_regmap.WRITE_ENABLE)
     assert counters(line, one, byte(STATION, 1)) == [1, 0]
     assert counters(line, both, byte(STATION, 1)) == [1, 0]
     assert counters(line, one, both, byte(STATION, 1)) == [1, 1, 1]
@@ -86,13 +92,13 @@ def test_logical_write__to_a_protected_register_is_refused(line: Line):
     line.exchange(single(APWR, 0, esc_regmap.FMMU_LOGICAL_START.at(0), entry.registers()))
     question = single(LRW, 0, 1, b"\x34\x12")
     assert answer(line.exchange(question).data, 2)[1] == 3
-    counters(line, byte(esc_regmap.REGISTER_PROTECTION, 1))
+    counters(line, switch(esc_regmap.REGISTER_PROTECTION))
     assert answer(line.exchange(single(LRW, 0, 1, b"\x78\x56")).data, 2) == (0x1234, 1)
     assert read(line, 0, STATION) == 0x1234
 
 
 def test_reads__are_served_while_all_is_protected(line: Line):
-    counters(line, byte(esc_regmap.WRITE_PROTECTION, 1))
+    counters(line, switch(esc_regmap.WRITE_PROTECTION))
     assert read(line, 0, esc_regmap.TYPE) == esc_regmap.TYPE.reset
 
 

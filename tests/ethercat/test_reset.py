@@ -37,7 +37,7 @@ def was_reset(line: Line) -> bool:
 def test_three_bytes__reset_controller_and_application(line: Line):
     write(line, 0, esc_regmap.STATION_ADDRESS, STATION)
     write(line, 0, esc_regmap.PULSE_LENGTH, 5)
-    line.write(esc_regmap.AL_STATUS, 2)
+    line.write(esc_regmap.AL_STATUS, esc_regmap.AL_STATUS.word(state=2))
     assert ask(line, SEQUENCE) == [1, 2, 3]
     assert not line.in_reset()
     assert was_reset(line)
