@@ -3,8 +3,11 @@
 // Contract: the controller is at EscBase of the core's address space (nios_sw/ethercat/esc_nios.h), irq_o of it is not
 // used. A reset that the master asks for (ESC_RESET) resets the core too: reset_no is low then, and the program starts
 // anew with its data memory as it is. Ports host_*, run_i, tick_i and pending_o are those of n2_system, all MII ports those of ethercat_slave.
+// due_o asks for a control tick each Period clocks, with SYNC0 if that is on (ecat_tick): the machine then writes the inputs and
+// gives tick_i.
 module ethercat_nios #(
     parameter logic [31:0] EscBase = 32'h2100_0000,
+    parameter int unsigned Period  = 10000,
     parameter int unsigned Trace   = 0
 ) (
     input  logic        clk_i,
@@ -24,6 +27,7 @@ module ethercat_nios #(
     input  logic        host_write_i,
     input  logic [31:0] host_wdata_i,
     output logic [31:0] host_rdata_o,
+    output logic        due_o,
     input  logic        tick_i,
     output logic        pending_o,
     output logic        overrun_o,
@@ -122,6 +126,16 @@ module ethercat_nios #(
       .latch_i,
       .sync_o,
       .time_o
+  );
+
+  ecat_tick #(
+      .Period(Period)
+  ) u_tick (
+      .clk_i,
+      .rst_ni(reset_no),
+      .run_i,
+      .sync_i(sync_o[0]),
+      .tick_o(due_o)
   );
 
   logic unused;
