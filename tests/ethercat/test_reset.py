@@ -7,11 +7,13 @@ import pytest
 
 from sim.bus.clocks import read, write
 from sim.bus.datagram import APWR, BRD, answer, datagram, frame, single
+from sim.bus.device import CLOCK_NS, CYCLE_CLOCKS, DeviceRtl
 from sim.bus.gen import esc_regmap
 from sim.bus.line import SETTLE_NS, Line
 
 SEQUENCE = b"RES"
 HOLD_NS = 163_840
+START_NS = 1_000_000  # until the program of the device has started
 STATION = 0x1234
 COUNT = single(BRD, 0, 0, bytes(1))
 
@@ -86,3 +88,21 @@ def test_bad_frame__counts_for_nothing(line: Line):
     line.exchange(single(APWR, 0, esc_regmap.ESC_RESET.address, b"S"), sequence=bytes(4))
     assert not was_reset(line)
     assert read(line, 0, esc_regmap.ESC_RESET) == 2
+
+
+def test_core__starts_anew_with_the_controller():
+    """Its first pass lasts longer than a cycle, for it waits for the start of the program."""
+    device = DeviceRtl()
+    device.run(START_NS)
+    device.restart_counts()
+    device.run(START_NS)
+    assert device.counts()["longest"] < CYCLE_CLOCKS
+    for byte in SEQUENCE:
+        device.send(single(APWR, 0, esc_regmap.ESC_RESET.address, bytes([byte])))
+        device.run(20_000)
+    device.run(HOLD_NS + START_NS)
+    assert device.counts()["longest"] > 2 * CYCLE_CLOCKS
+    device.restart_counts()
+    device.run(START_NS)
+    assert device.counts()["ticks"] == START_NS // (CYCLE_CLOCKS * CLOCK_NS)
+    assert device.counts()["longest"] < CYCLE_CLOCKS
