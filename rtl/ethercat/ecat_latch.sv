@@ -27,7 +27,7 @@ module ecat_latch (
   logic [255:0] times_q;
   logic [63:0] chosen;
   logic [55:0] for_frame_q, for_application_q, later;
-  logic [1:0] meta_q, level_q, before_q, owner_q, index, read_index;
+  logic [1:0] meta_q, level_q, before_q, owner_q, rises, falls, index, read_index;
   logic [3:0] single_q, event_q, edges, take, cleared;
   logic [2:0] place;
   logic is_time, is_status;
@@ -47,7 +47,9 @@ module ecat_latch (
       cleared[read_index] = register_i.application == owner_q[read_index[1]];
   end
 
-  assign edges = {before_q[1] & ~level_q[1], level_q[1] & ~before_q[1], before_q[0] & ~level_q[0], level_q[0] & ~before_q[0]};
+  assign rises = level_q & ~before_q;
+  assign falls = before_q & ~level_q;
+  assign edges = {falls[1], rises[1], falls[0], rises[0]};
   assign take = edges & ~event_q;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin

@@ -23,7 +23,8 @@ module ecat_protection (
   assign enables[RegisterBit] = window_i.address == {4'd0, esc_regmap_pkg::REG_REGISTER_ENABLE};
   assign enables[AllBit]      = window_i.address == {4'd0, esc_regmap_pkg::REG_WRITE_ENABLE};
   assign closed               = protected_q & ~enabled_q;
-  assign refused_o            = access_i.frame && enables == '0 && (closed[AllBit] || (closed[RegisterBit] && is_register));
+  assign refused_o            = access_i.frame && enables == '0
+                                && (closed[AllBit] || (closed[RegisterBit] && is_register));
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin

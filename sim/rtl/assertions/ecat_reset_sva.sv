@@ -19,4 +19,7 @@ module ecat_reset_sva (
 
 endmodule
 
-bind ecat_reset ecat_reset_sva u_sva (.*);
+bind ecat_reset ecat_reset_sva u_sva (
+    .state_q(2'(state_q)),
+    .*
+);
