@@ -30,7 +30,7 @@ from tests.ethercat import stops as random_stops
 from tests.ethercat.test_cia402 import random_controlwords, transitions_one_by_one
 from tests.ethercat.test_frames import run_chains
 
-FORWARDING_NS, NEAR_NS, LUTS, MHZ, TOOL_UM = 600, 20, 7000, 100, 10
+FORWARDING_NS, NEAR_NS, LUTS, MHZ, TOOL_UM = 600, 20, 7500, 100, 10
 PERIODS_NS = (100_000, 31_250)
 MASTER_CYCLES = {False: 200, True: 100_000}
 PATH_TICKS = {False: 3_001, True: None}

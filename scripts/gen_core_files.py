@@ -43,7 +43,10 @@ CORES = {
         "Motor drives: encoders, currents, gates, link to a processor",
         ["drive_front_end", "biss_port", "ssi_port", "endat_port", "drive_chain"],
     ),
-    "ethercat": ("EtherCAT-compatible slave controller", ["ethercat_slave", "mii_to_rgmii"]),
+    "ethercat": (
+        "EtherCAT-compatible slave controller",
+        ["ethercat_slave", "mii_to_rgmii", "ecat_tick"],
+    ),
     "debug": ("Floating-point processor with a debug block", ["debug_asip"]),
 }
 # Tools of FuseSoC for which the checks of simulation are left out. Its flows do not say their tool:

@@ -18,11 +18,12 @@
 #define MAILBOX 2
 #define READS 0 /* direction: what the master does */
 #define WRITES 1
+#define SYNC0 2 /* in 1C32:01 */
 
 static uint8_t state;
 static uint16_t code;
-static bool waiting; /* SAFEOP, OP requested: outputs have not come yet */
-static bool outputs_seen;
+static bool waiting; /* SAFEOP, OP requested: outputs, or SYNC0, have not come yet */
+static bool outputs_seen, sync0_seen;
 static bool identify; /* the master asks for the identification value (AL_CONTROL, bit 5) */
 static uint32_t waiting_since;
 static uint16_t process_bytes[2];
@@ -31,6 +32,7 @@ uint8_t al_state(void) { return state; }
 uint16_t al_code(void) { return code; }
 uint16_t al_process_bytes(int side) { return process_bytes[side]; }
 void al_outputs_seen(void) { outputs_seen = true; }
+void al_sync0_seen(void) { sync0_seen = true; }
 
 /* An error has the code, whatever else the master asks for; without one it may ask for the identification value. */
 static void publish(void) {
@@ -52,7 +54,7 @@ static void enter(uint8_t next) {
     application_leave_op(code == AL_WATCHDOG || code == AL_SYNC_ERROR || code == AL_SYNC_LOST);
   }
   if (next == AL_OP) application_enter_op();
-  if (next != AL_OP) outputs_seen = false; /* OP wants new ones */
+  if (next != AL_OP) outputs_seen = sync0_seen = false; /* OP wants new ones */
   if (next == AL_INIT) mailbox_stop();
   if (before == AL_INIT && (next == AL_PREOP || next == AL_BOOT)) mailbox_start();
 }
@@ -60,7 +62,7 @@ static void enter(uint8_t next) {
 void al_start(void) {
   state = AL_INIT;
   code = 0;
-  waiting = outputs_seen = identify = false;
+  waiting = outputs_seen = sync0_seen = identify = false;
   mailbox_stop();
   publish();
 }
@@ -105,7 +107,7 @@ static uint16_t check_clock(void) {
   uint8_t active = esc_read8(ESC_SYNC_ACTIVATION);
   uint32_t cycle = esc_read32(ESC_SYNC0_CYCLE);
   bool sync0 = active & ESC_SYNC_ACTIVATION_CYCLIC_MASK && active & ESC_SYNC_ACTIVATION_SYNC0_MASK;
-  if (objects.output_sync.type == 2 && !sync0) return AL_INVALID_SYNC;
+  if (objects.output_sync.type == SYNC0 && !sync0) return AL_INVALID_SYNC;
   if (sync0 && (cycle < CYCLE_US * 1000u || cycle % (CYCLE_US * 1000u))) return AL_INVALID_CYCLE;
   return 0;
 }
@@ -200,16 +202,19 @@ static void check_changed(void) {
 
 void al_step(uint32_t now_ms) {
   uint32_t event = esc_read32(ESC_AL_EVENT);
+  bool outputs, synchronous;
   int guard;
   if (!waiting && !(event & (ESC_AL_EVENT_SM_CHANGE_MASK | ESC_AL_EVENT_AL_CONTROL_MASK))) return;
   guard = guard_enter(); /* the pass may fall from OP by itself */
   if (event & ESC_AL_EVENT_SM_CHANGE_MASK) check_changed();
   if (event & ESC_AL_EVENT_AL_CONTROL_MASK) request(esc_read16(ESC_AL_CONTROL), now_ms, guard);
-  if (waiting && (outputs_seen || process_bytes[PDO_RX] == 0)) {
+  outputs = outputs_seen || process_bytes[PDO_RX] == 0;
+  synchronous = sync0_seen || objects.output_sync.type != SYNC0;
+  if (waiting && outputs && synchronous) {
     enter(AL_OP);
     publish();
   } else if (waiting && now_ms - waiting_since > SAFEOP_OP_TIMEOUT_MS) {
-    al_fault(AL_NO_OUTPUTS);
+    al_fault(outputs ? AL_NO_SYNC : AL_NO_OUTPUTS);
   }
   guard_leave(guard);
 }

@@ -37,6 +37,8 @@ uint16_t al_code(void);
 void al_step(uint32_t now_ms);
 /* The outputs were written by the master (valid outputs for OP). */
 void al_outputs_seen(void);
+/* SYNC0 has pulsed (for OP, where 1C32 asks for it). */
+void al_sync0_seen(void);
 /* A fault of the device: from OP to SAFEOP with the code. */
 void al_fault(uint16_t code);
 /* Whether SYNC0 is as 1C32 wants it. */

@@ -27,7 +27,7 @@
 #define FREE_RUN 0 /* in 1C32:01 */
 #define SYNC0 2
 
-static uint32_t cycles, since_outputs; /* of CYCLE_US */
+static uint32_t cycles, since_outputs, since_sync0; /* of CYCLE_US */
 static uint64_t missed_after;          /* us since the outputs, when the next cycle of the master is missed */
 static _Alignas(4) uint8_t buffer[PROCESS_BYTES];
 static struct {
@@ -66,7 +66,7 @@ void application_errors(void) {
 }
 
 void application_enter_op(void) {
-  since_outputs = 0;
+  since_outputs = since_sync0 = 0;
   missed_after = axis_period_us(0);
   for (int n = 0; n < AXES; ++n) axis_enter_op(n);
 }
@@ -83,6 +83,18 @@ void application_inputs(void) {
   if (!bytes) return;
   pdo_inputs(buffer);
   esc_write(PROCESS_INPUTS, buffer, bytes);
+}
+
+/* Whether SYNC0 pulses come as 1C32 wants it: not more than two of its cycles apart. */
+static bool sync0_comes(uint32_t event) {
+  if (event & ESC_AL_EVENT_SYNC0_MASK) {
+    (void)esc_read8(ESC_SYNC_STATUS_0); /* clears the event */
+    since_sync0 = 0;
+    al_sync0_seen();
+  } else if (since_sync0 < 0xFFFFFFu) {
+    ++since_sync0;
+  }
+  return al_clock_holds() && (uint64_t)since_sync0 * CYCLE_US * 1000u <= 2u * (uint64_t)esc_read32(ESC_SYNC0_CYCLE);
 }
 
 /* Takes outputs that came; whether there were any in OP. */
@@ -149,14 +161,15 @@ static void send_setting(struct command *command) {
 
 void application_cycle(const struct feedback *feedback, struct command *command) {
   uint8_t state = al_state();
+  uint32_t event = state >= AL_SAFEOP ? esc_read32(ESC_AL_EVENT) : 0;
   bool fresh = false;
   ++cycles;
   if (since_outputs < 0xFFFFFFu) ++since_outputs;
-  if (state == AL_OP && objects.output_sync.type == SYNC0 && !al_clock_holds()) {
+  if (state >= AL_SAFEOP && objects.output_sync.type == SYNC0 && !sync0_comes(event) && state == AL_OP) {
     objects.output_sync.error = 1;
     al_fault(AL_SYNC_LOST);
   }
-  if (state >= AL_SAFEOP) fresh = take_outputs(esc_read32(ESC_AL_EVENT));
+  if (state >= AL_SAFEOP) fresh = take_outputs(event);
   memcpy(objects.pose, feedback->pose, sizeof objects.pose);
   objects.digital_inputs = feedback->digital_inputs;
   probe_inputs(feedback);

@@ -40,6 +40,7 @@ module ecat_access (
     output ecat_pkg::register_access_t register_o,
     output logic [11:0] live_address_o,
     output logic        live_application_o,
+    output logic        live_read_o,     // a read that is allowed
     input  logic        live_hit_i,      // a clock after live_address_o
     input  logic [7:0]  live_data_i,
     // sync managers
@@ -187,7 +188,7 @@ module ecat_access (
   end
 
   // Guard: three clocks.
-  logic sm_read, sm_write, sm_ends, is_register, exists, may_read, may_write, asked;
+  logic sm_read, sm_write, sm_ends, is_register, exists, may_read, may_write, could_write, refused, asked;
   logic [15:0] sm_address, address_6_q, address_7_q, address_8_q;
   ecat_sync_managers u_sync_managers (
       .clk_i,
@@ -212,16 +213,35 @@ module ecat_access (
   assign is_register = window_5_q.address[15:12] == '0;
   assign exists      = window_5_q.address[15:12] < MemoryEnd && sm_address[15:12] < MemoryEnd;
   assign may_read    = access_5_q.valid && access_5_q.read && sm_read && exists;
-  assign may_write   = access_5_q.valid && access_5_q.write && sm_write && exists
+  assign could_write = access_5_q.valid && access_5_q.write && sm_write && exists
                        && (!is_register || (access_5_q.application
                            ? esc_regmap_pkg::application_writes(window_5_q.address[11:0])
                            : esc_regmap_pkg::master_writes(window_5_q.address[11:0])));
+  assign may_write   = could_write && !refused;
   assign asked       = access_5_q.valid && (access_5_q.read || access_5_q.write);
+
+  ecat_protection u_protection (
+      .clk_i,
+      .rst_ni,
+      .register_i(register_o),
+      .frame_start_i,
+      .access_i  (access_5_q),
+      .window_i  (window_5_q),
+      .writes_i  (could_write),
+      .refused_o (refused)
+  );
+
+  // Reads of registers that have an effect, and of the first byte of each latch's time.
+  logic effective;
+  assign effective = window_5_q.address == {4'd0, esc_regmap_pkg::REG_DL_STATUS}
+                     || window_5_q.address == {4'd0, esc_regmap_pkg::REG_AL_STATUS}
+                     || (window_5_q.address >= {4'd0, esc_regmap_pkg::REG_LATCH_TIME_0_RISING}
+                         && window_5_q.address <= {4'd0, esc_regmap_pkg::REG_LATCH_TIME_1_FALLING}
+                         && window_5_q.address[2:0] == '0);
 
   always_comb begin
     entry_o        = '0;
-    entry_o.read   = may_read && (sm_ends || window_5_q.address == {4'd0, esc_regmap_pkg::REG_DL_STATUS}
-                                  || window_5_q.address == {4'd0, esc_regmap_pkg::REG_AL_STATUS});
+    entry_o.read   = may_read && (sm_ends || effective);
     entry_o.write  = may_write;
     entry_o.partial = may_write && (window_5_q.mask != '1 || window_5_q.shift != '0);
     entry_o.data   = access_5_q.data;
@@ -266,6 +286,7 @@ module ecat_access (
 
   assign live_address_o     = window_6_q.address[11:0];
   assign live_application_o = access_6_q.application;
+  assign live_read_o        = access_6_q.valid && access_6_q.read;
   always_ff @(posedge clk_i) begin
     live_7_q <= window_6_q.address[15:12] == '0;
     live_8_q <= live_7_q;

@@ -13,6 +13,7 @@ module ecat_clock (
     input  ecat_pkg::register_access_t register_i,
     input  logic [11:0] live_address_i,
     input  logic        live_application_i,
+    input  logic        live_read_i,   // the access is a read
     output logic        live_hit_o,
     output logic [7:0]  live_data_o,
     // frames
@@ -187,7 +188,7 @@ module ecat_clock (
   assign mean       = 31'(mean_q[31] ? -mean_whole : mean_whole);
   assign shown      = live_application_i ? (live_address_i[2:0] == '0 ? system_q : shown_q) : begun_system_q;
   always_ff @(posedge clk_i) begin
-    if (live_application_i && live_address_i == esc_regmap_pkg::REG_SYSTEM_TIME) shown_q <= system_q;
+    if (live_application_i && live_read_i && live_address_i == esc_regmap_pkg::REG_SYSTEM_TIME) shown_q <= system_q;
   end
 
   always_comb begin

@@ -22,6 +22,7 @@ module ecat_control (
     output logic [15:0] station_o,
     output logic [15:0] alias_o,
     output logic        alias_on_o,
+    output logic        cut_foreign_o,   // frames of other types
     output logic [15:0] master_event_o,  // masked
     // events
     input  logic [7:0]  for_application_i,
@@ -32,11 +33,13 @@ module ecat_control (
     input  logic        watchdog_expired_i,
     input  logic        watchdog_alive_i,
     input  logic [1:0]  sync_i,           // a pulse began
+    input  logic        latch_i,          // an event lasts
     output logic        irq_o
 );
 
   // Bytes of DL_CONTROL; those of both ports share one.
   localparam logic [11:0] LoopByte = esc_regmap_pkg::REG_DL_CONTROL + 12'(esc_regmap_pkg::DL_CONTROL_LOOP0_LSB / 8);
+  localparam int unsigned Forwarding = esc_regmap_pkg::DL_CONTROL_FORWARDING_LSB;
   localparam int unsigned Alias = esc_regmap_pkg::DL_CONTROL_USE_ALIAS_LSB;
   localparam logic [11:0] AliasByte = esc_regmap_pkg::REG_DL_CONTROL + 12'(Alias / 8);
   localparam int unsigned State = esc_regmap_pkg::AL_CONTROL_STATE_LSB;
@@ -45,7 +48,7 @@ module ecat_control (
   logic [15:0] station_q, alias_q, master_mask_q, master_event;
   logic [31:0] event_mask_q, event_value;
   logic [3:0] loops_q;
-  logic alias_on_q, emulation_q, control_event_q, change_event_q, watchdog_event_q;
+  logic alias_on_q, cut_foreign_q, emulation_q, control_event_q, change_event_q, watchdog_event_q;
   logic [1:0] sync_event_q;
   logic [7:0] status_q, sm_event_q, sm_master_q;
   logic link_event_q, status_event_q, by_master, by_application, taken_by_application, taken_by_master;
@@ -65,6 +68,7 @@ module ecat_control (
       event_mask_q     <= '0;
       loops_q          <= '0;
       alias_on_q       <= 1'b0;
+      cut_foreign_q    <= 1'b0;
       emulation_q      <= 1'b0;
       status_q         <= esc_regmap_pkg::RESET_AL_STATUS[7:0];
       control_event_q  <= 1'b0;
@@ -89,6 +93,7 @@ module ecat_control (
         case (register_i.address)
           esc_regmap_pkg::REG_STATION_ADDRESS: station_q[7:0] <= register_i.data;
           esc_regmap_pkg::REG_STATION_ADDRESS + 12'd1: station_q[15:8] <= register_i.data;
+          esc_regmap_pkg::REG_DL_CONTROL: cut_foreign_q <= register_i.data[Forwarding];
           LoopByte: loops_q <= {register_i.data[esc_regmap_pkg::DL_CONTROL_LOOP1_LSB%8+:2],
                                 register_i.data[esc_regmap_pkg::DL_CONTROL_LOOP0_LSB%8+:2]};
           AliasByte: alias_on_q <= register_i.data[Alias%8];
@@ -136,12 +141,14 @@ module ecat_control (
   always_comb begin
     event_value = '0;
     event_value[esc_regmap_pkg::AL_EVENT_AL_CONTROL_LSB] = control_event_q;
+    event_value[esc_regmap_pkg::AL_EVENT_LATCH_LSB]      = latch_i;
     event_value[esc_regmap_pkg::AL_EVENT_SYNC0_LSB]      = sync_event_q[0];
     event_value[esc_regmap_pkg::AL_EVENT_SYNC1_LSB]      = sync_event_q[1];
     event_value[esc_regmap_pkg::AL_EVENT_SM_CHANGE_LSB]  = change_event_q;
     event_value[esc_regmap_pkg::AL_EVENT_WATCHDOG_LSB]   = watchdog_event_q;
     event_value[esc_regmap_pkg::AL_EVENT_SM_LSB+:8]      = sm_event_q;
     master_event = '0;
+    master_event[esc_regmap_pkg::MASTER_EVENT_LATCH_LSB]     = latch_i;
     master_event[esc_regmap_pkg::MASTER_EVENT_DL_STATUS_LSB] = link_event_q;
     master_event[esc_regmap_pkg::MASTER_EVENT_AL_STATUS_LSB] = status_event_q;
     master_event[esc_regmap_pkg::MASTER_EVENT_SM_LSB+:8]     = sm_master_q;
@@ -159,6 +166,7 @@ module ecat_control (
     live_hit_o  = 1'b1;
     live_data_o = '0;
     case (live_address_i)
+      esc_regmap_pkg::REG_REGISTER_ENABLE, esc_regmap_pkg::REG_WRITE_ENABLE: live_data_o = '0;
       esc_regmap_pkg::REG_STATION_ALIAS: live_data_o = alias_q[7:0];
       esc_regmap_pkg::REG_STATION_ALIAS + 12'd1: live_data_o = alias_q[15:8];
       esc_regmap_pkg::REG_DL_STATUS: live_data_o = dl_status[7:0];
@@ -175,6 +183,7 @@ module ecat_control (
   assign station_o      = station_q;
   assign alias_o        = alias_q;
   assign alias_on_o     = alias_on_q;
+  assign cut_foreign_o  = cut_foreign_q;
   assign loop_control_o = loops_q;
   assign loop_written_o = by_master && register_i.address == LoopByte;
   assign master_event_o = master_event & master_mask_q;

@@ -26,7 +26,8 @@ module ecat_datagrams (
     input  logic        alias_on_i,
     input  logic [15:0] event_i,       // is or-ed to the interrupt field
     input  logic        looped_i,      // frames come from port 1, port 0 is closed
-    output logic        destroy_o,     // the frame circulates
+    input  logic        cut_foreign_i, // frames of another type are destroyed
+    output logic        destroy_o,     // the frame circulates, or is of another type
     // accesses
     output logic        request_o,
     output logic        logical_o,
@@ -179,7 +180,9 @@ module ecat_datagrams (
     endcase
   end
 
-  assign destroy_o = byte_valid_i && state_q == StDatagram && count_q == 4'd7 && looped_i && !begun_q && byte_i[6];
+  assign destroy_o = byte_valid_i
+                     && ((state_q == StDatagram && count_q == 4'd7 && looped_i && !begun_q && byte_i[6])
+                         || (state_q == StForeign && cut_foreign_i));
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin

@@ -10,6 +10,7 @@ rtl/ethercat/ecat_fmmus.sv
 rtl/ethercat/ecat_buffers.sv
 rtl/ethercat/ecat_sync_managers.sv
 rtl/ethercat/ecat_memory.sv
+rtl/ethercat/ecat_protection.sv
 rtl/ethercat/ecat_access.sv
 rtl/ethercat/ecat_application.sv
 rtl/ethercat/ecat_control.sv
@@ -18,4 +19,6 @@ rtl/ethercat/ecat_watchdog.sv
 rtl/ethercat/ecat_sii.sv
 rtl/ethercat/ecat_clock.sv
 rtl/ethercat/ecat_sync_pulses.sv
+rtl/ethercat/ecat_reset.sv
+rtl/ethercat/ecat_latch.sv
 rtl/ethercat/ethercat_slave.sv

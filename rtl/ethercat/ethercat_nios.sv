@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // ethercat_nios: the device on the bus: the slave controller with the Nios II system FPGA2 as its application.
 // Contract: the controller is at EscBase of the core's address space (nios_sw/ethercat/esc_nios.h), irq_o of it is not
-// used. Ports host_*, run_i, tick_i and pending_o are those of n2_system, all MII ports those of ethercat_slave.
+// used. A reset that the master asks for (ESC_RESET) resets the core too: reset_no is low then, and the program starts
+// anew with its data memory as it is. Ports host_*, run_i, tick_i and pending_o are those of n2_system, all MII ports those of ethercat_slave.
+// due_o asks for a control tick each Period clocks, with SYNC0 if that is on (ecat_tick): the machine then writes the inputs and
+// gives tick_i.
 module ethercat_nios #(
     parameter logic [31:0] EscBase = 32'h2100_0000,
+    parameter int unsigned Period  = 10000,
     parameter int unsigned Trace   = 0
 ) (
     input  logic        clk_i,
@@ -23,6 +27,7 @@ module ethercat_nios #(
     input  logic        host_write_i,
     input  logic [31:0] host_wdata_i,
     output logic [31:0] host_rdata_o,
+    output logic        due_o,
     input  logic        tick_i,
     output logic        pending_o,
     output logic        overrun_o,
@@ -32,7 +37,9 @@ module ethercat_nios #(
     output logic [7:0]  console_data_o,
     output logic        exit_valid_o,
     output logic [31:0] exit_status_o,
+    output logic        reset_no,
     // distributed clocks
+    input  logic [1:0]  latch_i,
     output logic [1:0]  sync_o,
     output logic [63:0] time_o
 );
@@ -55,7 +62,7 @@ module ethercat_nios #(
       .External(1)
   ) u_system (
       .clk_i,
-      .rst_ni,
+      .rst_ni             (reset_no),
       .run_i,
       .host_address_i,
       .host_write_i,
@@ -115,8 +122,20 @@ module ethercat_nios #(
       .avs_readdata_o   (esc_readdata),
       .avs_waitrequest_o(esc_waitrequest),
       .irq_o            (unused_irq),
+      .reset_no,
+      .latch_i,
       .sync_o,
       .time_o
+  );
+
+  ecat_tick #(
+      .Period(Period)
+  ) u_tick (
+      .clk_i,
+      .rst_ni(reset_no),
+      .run_i,
+      .sync_i(sync_o[0]),
+      .tick_o(due_o)
   );
 
   logic unused;

@@ -3,8 +3,11 @@
 // "EtherCAT" is a trade mark of its owner; no conformance test was run.
 // Contract: clk_i is 100 MHz. mii_tick_i is high one clock in four: in that clock a nibble leaves at mii_tx_*; the PHYs' TX_CLK
 // has that period. Frames are forwarded as they pass, with constant delay. The application's port is in regmap.rdl.
+// reset_no is low while the controller is reset, by rst_ni or as the master asked for; it resets the application.
+// Latches = 0 leaves the latch inputs out: their registers are 0.
 module ethercat_slave #(
-    parameter int unsigned SiiWords = 2048
+    parameter int unsigned SiiWords = 2048,
+    parameter int unsigned Latches  = 1
 ) (
     input  logic        clk_i,
     input  logic        rst_ni,
@@ -26,18 +29,22 @@ module ethercat_slave #(
     output logic [31:0] avs_readdata_o,
     output logic        avs_waitrequest_o,
     output logic        irq_o,
+    output logic        reset_no,
     // distributed clocks
+    input  logic [1:0]  latch_i,
     output logic [1:0]  sync_o,
     output logic [63:0] time_o
 );
+
+  logic rst_n;  // of everything but ecat_reset
 
   ecat_pkg::nibble_t receive_0, receive_1, to_unit, from_unit, send_0, send_1;
   logic [1:0] start, link_meta_q, link_q, open, lost;
   logic [3:0] loop_control;
   logic looped, loop_written;
 
-  always_ff @(posedge clk_i or negedge rst_ni) begin
-    if (!rst_ni) begin
+  always_ff @(posedge clk_i or negedge rst_n) begin
+    if (!rst_n) begin
       link_meta_q <= '0;
       link_q      <= '0;
     end else begin
@@ -48,7 +55,7 @@ module ethercat_slave #(
 
   mii_receive u_receive_0 (
       .clk_i,
-      .rst_ni,
+      .rst_ni        (rst_n),
       .tick_i     (mii_tick_i),
       .mii_clk_i  (mii_rx_clk_i[0]),
       .mii_valid_i(mii_rx_dv_i[0] && link_q[0]),
@@ -59,7 +66,7 @@ module ethercat_slave #(
   );
   mii_receive u_receive_1 (
       .clk_i,
-      .rst_ni,
+      .rst_ni        (rst_n),
       .tick_i     (mii_tick_i),
       .mii_clk_i  (mii_rx_clk_i[1]),
       .mii_valid_i(mii_rx_dv_i[1] && link_q[1]),
@@ -71,7 +78,7 @@ module ethercat_slave #(
 
   ecat_ports u_ports (
       .clk_i,
-      .rst_ni,
+      .rst_ni        (rst_n),
       .tick_i     (mii_tick_i),
       .link_i     (link_q),
       .control_i  (loop_control),
@@ -89,8 +96,8 @@ module ethercat_slave #(
 
   logic [1:0] tx_en_q;
   logic [7:0] txd_q;
-  always_ff @(posedge clk_i or negedge rst_ni) begin
-    if (!rst_ni) begin
+  always_ff @(posedge clk_i or negedge rst_n) begin
+    if (!rst_n) begin
       tx_en_q <= '0;
       txd_q   <= '0;
     end else if (mii_tick_i) begin
@@ -107,7 +114,7 @@ module ethercat_slave #(
   logic [7:0] data, result;
   ecat_unit u_unit (
       .clk_i,
-      .rst_ni,
+      .rst_ni        (rst_n),
       .tick_i       (mii_tick_i),
       .nibble_i     (to_unit),
       .nibble_o     (from_unit),
@@ -131,7 +138,7 @@ module ethercat_slave #(
   logic back_body, back_odd, back_end, back_bad, back_marked, back_error;
   ecat_check u_back (
       .clk_i,
-      .rst_ni,
+      .rst_ni        (rst_n),
       .tick_i  (mii_tick_i),
       .nibble_i(receive_1),
       .body_o  (back_body),
@@ -143,14 +150,14 @@ module ethercat_slave #(
   );
 
   // Datagrams.
-  logic foreign, ready, busy, over, alias_on;
+  logic foreign, ready, busy, over, alias_on, cut_foreign;
   logic [15:0] station, station_alias, master_event;
   logic request, logical, read, write, read_done, write_done;
   logic [31:0] address;
   logic [7:0] write_data, read_data, read_mask;
   ecat_datagrams u_datagrams (
       .clk_i,
-      .rst_ni,
+      .rst_ni        (rst_n),
       .frame_start_i(frame_start),
       .byte_valid_i (byte_valid),
       .byte_i       (data),
@@ -163,6 +170,7 @@ module ethercat_slave #(
       .alias_on_i   (alias_on),
       .event_i      (master_event),
       .looped_i     (looped),
+      .cut_foreign_i(cut_foreign),
       .destroy_o    (destroy),
       .request_o    (request),
       .logical_o    (logical),
@@ -176,8 +184,8 @@ module ethercat_slave #(
       .write_done_i (write_done)
   );
 
-  always_ff @(posedge clk_i or negedge rst_ni) begin
-    if (!rst_ni) destroyed_q <= 1'b0;
+  always_ff @(posedge clk_i or negedge rst_n) begin
+    if (!rst_n) destroyed_q <= 1'b0;
     else if (frame_start) destroyed_q <= 1'b0;
     else if (destroy) destroyed_q <= 1'b1;
   end
@@ -189,7 +197,7 @@ module ethercat_slave #(
   assign faulty = !frame_bad && (malformed || over || destroyed_q) && !foreign;
   ecat_write_log u_log (
       .clk_i,
-      .rst_ni,
+      .rst_ni        (rst_n),
       .clear_i (frame_start),
       .push_i  (push),
       .entry_i (entry),
@@ -209,14 +217,14 @@ module ethercat_slave #(
   logic [15:0] app_address;
   logic [7:0] app_write_data, app_read_data;
   logic [11:0] live_address;
-  logic live_application, live_hit_q;
+  logic live_application, live_read, live_hit_q;
   logic [7:0] live_data_q;
   logic [8*ecat_pkg::SYNC_MANAGERS-1:0] sm_status;
   logic [ecat_pkg::SYNC_MANAGERS-1:0] for_application, application_done, for_master, master_done;
   logic sm_changed, watchdog_trigger;
   ecat_access u_access (
       .clk_i,
-      .rst_ni,
+      .rst_ni        (rst_n),
       .ready_o           (ready),
       .frame_start_i     (frame_start),
       .byte_valid_i      (byte_valid),
@@ -246,6 +254,7 @@ module ethercat_slave #(
       .register_o        (register_access),
       .live_address_o    (live_address),
       .live_application_o(live_application),
+      .live_read_o       (live_read),
       .live_hit_i        (live_hit_q),
       .live_data_i       (live_data_q),
       .status_o          (sm_status),
@@ -261,7 +270,7 @@ module ethercat_slave #(
   logic [7:0] sii_data;
   ecat_application u_application (
       .clk_i,
-      .rst_ni,
+      .rst_ni        (rst_n),
       .avs_address_i,
       .avs_read_i,
       .avs_write_i,
@@ -283,15 +292,16 @@ module ethercat_slave #(
   );
 
   // Registers that live; each answers with a hit, and only one does.
-  logic [5:0] hits;
-  logic [7:0] control_data, counter_data, watchdog_data, sii_live, clock_data, sync_data, sm_data, live_data;
-  logic sm_hit, loaded, alias_valid, expired, alive;
+  logic [7:0] hits;
+  logic [7:0] control_data, counter_data, watchdog_data, sii_live, clock_data, sync_data, reset_data, latch_data;
+  logic [7:0] sm_data, live_data;
+  logic sm_hit, loaded, alias_valid, expired, alive, latch_event;
   logic [15:0] alias_read;
   logic [1:0] sync_begins;
 
   ecat_control u_control (
       .clk_i,
-      .rst_ni,
+      .rst_ni        (rst_n),
       .register_i        (register_access),
       .live_address_i    (live_address),
       .live_hit_o        (hits[0]),
@@ -306,6 +316,7 @@ module ethercat_slave #(
       .station_o         (station),
       .alias_o           (station_alias),
       .alias_on_o        (alias_on),
+      .cut_foreign_o     (cut_foreign),
       .master_event_o    (master_event),
       .for_application_i (for_application),
       .application_done_i(application_done),
@@ -315,6 +326,7 @@ module ethercat_slave #(
       .watchdog_expired_i(expired),
       .watchdog_alive_i  (alive),
       .sync_i            (sync_begins),
+      .latch_i           (latch_event),
       .irq_o
   );
 
@@ -325,7 +337,7 @@ module ethercat_slave #(
   assign way_back    = mii_tick_i && back_end && !looped;
   ecat_counters u_counters (
       .clk_i,
-      .rst_ni,
+      .rst_ni        (rst_n),
       .register_i    (register_access),
       .live_address_i(live_address),
       .live_hit_o    (hits[1]),
@@ -345,7 +357,7 @@ module ethercat_slave #(
 
   ecat_watchdog u_watchdog (
       .clk_i,
-      .rst_ni,
+      .rst_ni        (rst_n),
       .register_i           (register_access),
       .live_address_i       (live_address),
       .live_hit_o           (hits[2]),
@@ -360,7 +372,7 @@ module ethercat_slave #(
       .Words(SiiWords)
   ) u_sii (
       .clk_i,
-      .rst_ni,
+      .rst_ni        (rst_n),
       .register_i    (register_access),
       .idle_i        (!busy),
       .live_address_i(live_address),
@@ -379,10 +391,11 @@ module ethercat_slave #(
 
   ecat_clock u_clock (
       .clk_i,
-      .rst_ni,
+      .rst_ni        (rst_n),
       .register_i        (register_access),
       .live_address_i    (live_address),
       .live_application_i(live_application),
+      .live_read_i       (live_read),
       .live_hit_o        (hits[4]),
       .live_data_o       (clock_data),
       .start_i           (start),
@@ -394,7 +407,7 @@ module ethercat_slave #(
 
   ecat_sync_pulses u_sync_pulses (
       .clk_i,
-      .rst_ni,
+      .rst_ni        (rst_n),
       .register_i    (register_access),
       .done_i        (done),
       .live_address_i(live_address),
@@ -404,6 +417,40 @@ module ethercat_slave #(
       .begins_o      (sync_begins),
       .sync_o
   );
+
+  ecat_reset u_reset (
+      .clk_i,
+      .rst_ni,
+      .register_i    (register_access),
+      .done_i        (done),
+      .live_address_i(live_address),
+      .live_hit_o    (hits[6]),
+      .live_data_o   (reset_data),
+      .reset_no      (rst_n)
+  );
+  assign reset_no = rst_n;
+
+  generate
+    if (Latches != 0) begin : gen_latch
+      ecat_latch u_latch (
+          .clk_i,
+          .rst_ni            (rst_n),
+          .register_i        (register_access),
+          .live_address_i    (live_address),
+          .live_application_i(live_application),
+          .live_read_i       (live_read),
+          .live_hit_o        (hits[7]),
+          .live_data_o       (latch_data),
+          .time_i            (time_o),
+          .latch_i,
+          .event_o           (latch_event)
+      );
+    end else begin : gen_no_latch
+      logic unused_latch;
+      assign {hits[7], latch_data, latch_event} = '0;
+      assign unused_latch = &{latch_i, live_read};
+    end
+  endgenerate
 
   // Sync managers: STATUS.
   assign sm_hit  = live_address[11:6] == esc_regmap_pkg::REG_SM_STATUS[11:6]
@@ -418,6 +465,8 @@ module ethercat_slave #(
     if (hits[3]) live_data = live_data | sii_live;
     if (hits[4]) live_data = live_data | clock_data;
     if (hits[5]) live_data = live_data | sync_data;
+    if (hits[6]) live_data = live_data | reset_data;
+    if (hits[7]) live_data = live_data | latch_data;
     if (sm_hit) live_data = live_data | sm_data;
   end
   always_ff @(posedge clk_i) begin

@@ -14,6 +14,11 @@ package esc_regmap_pkg;
   localparam logic [11:0] REG_FEATURES = 12'h008;
   localparam logic [11:0] REG_STATION_ADDRESS = 12'h010;
   localparam logic [11:0] REG_STATION_ALIAS = 12'h012;
+  localparam logic [11:0] REG_REGISTER_ENABLE = 12'h020;
+  localparam logic [11:0] REG_REGISTER_PROTECTION = 12'h021;
+  localparam logic [11:0] REG_WRITE_ENABLE = 12'h030;
+  localparam logic [11:0] REG_WRITE_PROTECTION = 12'h031;
+  localparam logic [11:0] REG_ESC_RESET = 12'h040;
   localparam logic [11:0] REG_DL_CONTROL = 12'h100;
   localparam logic [11:0] REG_DL_STATUS = 12'h110;
   localparam logic [11:0] REG_AL_CONTROL = 12'h120;
@@ -78,6 +83,14 @@ package esc_regmap_pkg;
   localparam logic [11:0] REG_START_TIME = 12'h990;
   localparam logic [11:0] REG_SYNC0_CYCLE = 12'h9a0;
   localparam logic [11:0] REG_SYNC1_CYCLE = 12'h9a4;
+  localparam logic [11:0] REG_LATCH_CONTROL_0 = 12'h9a8;
+  localparam logic [11:0] REG_LATCH_CONTROL_1 = 12'h9a9;
+  localparam logic [11:0] REG_LATCH_STATUS_0 = 12'h9ae;
+  localparam logic [11:0] REG_LATCH_STATUS_1 = 12'h9af;
+  localparam logic [11:0] REG_LATCH_TIME_0_RISING = 12'h9b0;
+  localparam logic [11:0] REG_LATCH_TIME_0_FALLING = 12'h9b8;
+  localparam logic [11:0] REG_LATCH_TIME_1_RISING = 12'h9c0;
+  localparam logic [11:0] REG_LATCH_TIME_1_FALLING = 12'h9c8;
 
   // Reset values.
   localparam logic [7:0] RESET_TYPE = 8'h4d;
@@ -90,6 +103,11 @@ package esc_regmap_pkg;
   localparam logic [15:0] RESET_FEATURES = 16'h8c;
   localparam logic [15:0] RESET_STATION_ADDRESS = 16'h0;
   localparam logic [15:0] RESET_STATION_ALIAS = 16'h0;
+  localparam logic [7:0] RESET_REGISTER_ENABLE = 8'h0;
+  localparam logic [7:0] RESET_REGISTER_PROTECTION = 8'h0;
+  localparam logic [7:0] RESET_WRITE_ENABLE = 8'h0;
+  localparam logic [7:0] RESET_WRITE_PROTECTION = 8'h0;
+  localparam logic [7:0] RESET_ESC_RESET = 8'h0;
   localparam logic [31:0] RESET_DL_CONTROL = 32'h0;
   localparam logic [15:0] RESET_DL_STATUS = 16'h5000;
   localparam logic [15:0] RESET_AL_CONTROL = 16'h1;
@@ -151,6 +169,14 @@ package esc_regmap_pkg;
   localparam logic [63:0] RESET_START_TIME = 64'h0;
   localparam logic [31:0] RESET_SYNC0_CYCLE = 32'h0;
   localparam logic [31:0] RESET_SYNC1_CYCLE = 32'h0;
+  localparam logic [7:0] RESET_LATCH_CONTROL_0 = 8'h0;
+  localparam logic [7:0] RESET_LATCH_CONTROL_1 = 8'h0;
+  localparam logic [7:0] RESET_LATCH_STATUS_0 = 8'h0;
+  localparam logic [7:0] RESET_LATCH_STATUS_1 = 8'h0;
+  localparam logic [63:0] RESET_LATCH_TIME_0_RISING = 64'h0;
+  localparam logic [63:0] RESET_LATCH_TIME_0_FALLING = 64'h0;
+  localparam logic [63:0] RESET_LATCH_TIME_1_RISING = 64'h0;
+  localparam logic [63:0] RESET_LATCH_TIME_1_FALLING = 64'h0;
 
   // Fields: lowest bit and width.
   localparam int unsigned FEATURES_BYTEWISE_FMMU_LSB = 0;
@@ -161,6 +187,14 @@ package esc_regmap_pkg;
   localparam int unsigned FEATURES_DC64_WIDTH = 1;
   localparam int unsigned FEATURES_FCS_COUNTER_LSB = 7;
   localparam int unsigned FEATURES_FCS_COUNTER_WIDTH = 1;
+  localparam int unsigned REGISTER_ENABLE_ENABLE_LSB = 0;
+  localparam int unsigned REGISTER_ENABLE_ENABLE_WIDTH = 1;
+  localparam int unsigned REGISTER_PROTECTION_ON_LSB = 0;
+  localparam int unsigned REGISTER_PROTECTION_ON_WIDTH = 1;
+  localparam int unsigned WRITE_ENABLE_ENABLE_LSB = 0;
+  localparam int unsigned WRITE_ENABLE_ENABLE_WIDTH = 1;
+  localparam int unsigned WRITE_PROTECTION_ON_LSB = 0;
+  localparam int unsigned WRITE_PROTECTION_ON_WIDTH = 1;
   localparam int unsigned DL_CONTROL_FORWARDING_LSB = 0;
   localparam int unsigned DL_CONTROL_FORWARDING_WIDTH = 1;
   localparam int unsigned DL_CONTROL_LOOP0_LSB = 8;
@@ -199,6 +233,8 @@ package esc_regmap_pkg;
   localparam int unsigned AL_STATUS_IDENTIFICATION_WIDTH = 1;
   localparam int unsigned PDI_CONFIG_EMULATION_LSB = 0;
   localparam int unsigned PDI_CONFIG_EMULATION_WIDTH = 1;
+  localparam int unsigned MASTER_EVENT_LATCH_LSB = 0;
+  localparam int unsigned MASTER_EVENT_LATCH_WIDTH = 1;
   localparam int unsigned MASTER_EVENT_DL_STATUS_LSB = 2;
   localparam int unsigned MASTER_EVENT_DL_STATUS_WIDTH = 1;
   localparam int unsigned MASTER_EVENT_AL_STATUS_LSB = 3;
@@ -207,6 +243,8 @@ package esc_regmap_pkg;
   localparam int unsigned MASTER_EVENT_SM_WIDTH = 8;
   localparam int unsigned AL_EVENT_AL_CONTROL_LSB = 0;
   localparam int unsigned AL_EVENT_AL_CONTROL_WIDTH = 1;
+  localparam int unsigned AL_EVENT_LATCH_LSB = 1;
+  localparam int unsigned AL_EVENT_LATCH_WIDTH = 1;
   localparam int unsigned AL_EVENT_SYNC0_LSB = 2;
   localparam int unsigned AL_EVENT_SYNC0_WIDTH = 1;
   localparam int unsigned AL_EVENT_SYNC1_LSB = 3;
@@ -275,6 +313,12 @@ package esc_regmap_pkg;
   localparam int unsigned TIME_DIFFERENCE_SIZE_WIDTH = 31;
   localparam int unsigned TIME_DIFFERENCE_BEHIND_LSB = 31;
   localparam int unsigned TIME_DIFFERENCE_BEHIND_WIDTH = 1;
+  localparam int unsigned SYNC_CONTROL_SYNC_LSB = 0;
+  localparam int unsigned SYNC_CONTROL_SYNC_WIDTH = 1;
+  localparam int unsigned SYNC_CONTROL_LATCH0_LSB = 4;
+  localparam int unsigned SYNC_CONTROL_LATCH0_WIDTH = 1;
+  localparam int unsigned SYNC_CONTROL_LATCH1_LSB = 5;
+  localparam int unsigned SYNC_CONTROL_LATCH1_WIDTH = 1;
   localparam int unsigned SYNC_ACTIVATION_CYCLIC_LSB = 0;
   localparam int unsigned SYNC_ACTIVATION_CYCLIC_WIDTH = 1;
   localparam int unsigned SYNC_ACTIVATION_SYNC0_LSB = 1;
@@ -285,10 +329,33 @@ package esc_regmap_pkg;
   localparam int unsigned SYNC_STATUS_0_STATE_WIDTH = 1;
   localparam int unsigned SYNC_STATUS_1_STATE_LSB = 0;
   localparam int unsigned SYNC_STATUS_1_STATE_WIDTH = 1;
+  localparam int unsigned LATCH_CONTROL_0_RISING_LSB = 0;
+  localparam int unsigned LATCH_CONTROL_0_RISING_WIDTH = 1;
+  localparam int unsigned LATCH_CONTROL_0_FALLING_LSB = 1;
+  localparam int unsigned LATCH_CONTROL_0_FALLING_WIDTH = 1;
+  localparam int unsigned LATCH_CONTROL_1_RISING_LSB = 0;
+  localparam int unsigned LATCH_CONTROL_1_RISING_WIDTH = 1;
+  localparam int unsigned LATCH_CONTROL_1_FALLING_LSB = 1;
+  localparam int unsigned LATCH_CONTROL_1_FALLING_WIDTH = 1;
+  localparam int unsigned LATCH_STATUS_0_RISING_LSB = 0;
+  localparam int unsigned LATCH_STATUS_0_RISING_WIDTH = 1;
+  localparam int unsigned LATCH_STATUS_0_FALLING_LSB = 1;
+  localparam int unsigned LATCH_STATUS_0_FALLING_WIDTH = 1;
+  localparam int unsigned LATCH_STATUS_0_HIGH_LSB = 2;
+  localparam int unsigned LATCH_STATUS_0_HIGH_WIDTH = 1;
+  localparam int unsigned LATCH_STATUS_1_RISING_LSB = 0;
+  localparam int unsigned LATCH_STATUS_1_RISING_WIDTH = 1;
+  localparam int unsigned LATCH_STATUS_1_FALLING_LSB = 1;
+  localparam int unsigned LATCH_STATUS_1_FALLING_WIDTH = 1;
+  localparam int unsigned LATCH_STATUS_1_HIGH_LSB = 2;
+  localparam int unsigned LATCH_STATUS_1_HIGH_WIDTH = 1;
 
   // Whether a master may write the register that has this byte.
   function automatic logic master_writes(input logic [11:0] address);
     master_writes = (address >= 12'h10 && address <= 12'h11)
+        || (address >= 12'h20 && address <= 12'h21)
+        || (address >= 12'h30 && address <= 12'h31)
+        || address == 12'h40
         || (address >= 12'h100 && address <= 12'h103)
         || (address >= 12'h120 && address <= 12'h121)
         || (address >= 12'h200 && address <= 12'h201)
@@ -309,7 +376,7 @@ package esc_regmap_pkg;
         || (address >= 12'h934 && address <= 12'h935)
         || (address >= 12'h980 && address <= 12'h981)
         || (address >= 12'h990 && address <= 12'h997)
-        || (address >= 12'h9a0 && address <= 12'h9a7)
+        || (address >= 12'h9a0 && address <= 12'h9a9)
         || (address[11:7] == 5'hc && ((address[3:0] <= 4'hc)))
         || (address[11:6] == 6'h20 && ((address[2:0] <= 3'h4) || address[2:0] == 3'h6));
   endfunction
@@ -322,6 +389,7 @@ package esc_regmap_pkg;
         || (address >= 12'h204 && address <= 12'h207)
         || (address >= 12'h502 && address <= 12'h503)
         || (address >= 12'h982 && address <= 12'h983)
+        || (address >= 12'h9a8 && address <= 12'h9a9)
         || (address[11:6] == 6'h20 && (address[2:0] == 3'h7));
   endfunction
 

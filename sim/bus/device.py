@@ -21,7 +21,7 @@ COUNTS = ("ticks", "last", "longest", "sum", "overrun", "sent", "returned")
 
 
 class DeviceRtl(BusModel):
-    """One device with its program running, a control tick each `CYCLE_CLOCKS`.
+    """One device with its program running, a control tick each `CYCLE_CLOCKS`, or with SYNC0.
 
     inputs (23,), outputs (29,): words of the next tick and of the last one, uint32. The model is
     built on first use. Raises BuildError.
@@ -30,7 +30,7 @@ class DeviceRtl(BusModel):
     prefix = "device"
 
     def __init__(self) -> None:
-        longs = ("device_now", "device_count")
+        longs = ("device_now", "device_count", "device_time", "device_clocks")
         super().__init__(load("ethercat_nios", HERE / "device_harness.cpp", longs))
         self._lib.device_console.restype = ctypes.c_char_p
         self.inputs = self._words("inputs", INPUT_WORDS)
@@ -54,6 +54,19 @@ class DeviceRtl(BusModel):
     def restart_counts(self) -> None:
         """Count ticks again."""
         self._call("restart_counts")
+
+    def time(self) -> int:
+        """System time of the controller, ns."""
+        return self._call("time")
+
+    def begun(self, most: int) -> tuple[np.ndarray, np.ndarray]:
+        """Clocks in which SYNC0 began and in which a control tick was due, the last `most` each."""
+        found = []
+        for which in (0, 1):
+            clocks = np.zeros(most, dtype=np.uint64)
+            count = self._call("clocks", which, clocks.ctypes, ctypes.c_uint64(most))
+            found.append(clocks[:count].astype(np.int64))
+        return found[0], found[1]
 
     @property
     def console(self) -> str:

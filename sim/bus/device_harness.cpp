@@ -33,7 +33,8 @@ struct Device {
   enum { IDLE, WRITING, WAITING, READING } state = IDLE;
   uint32_t last_cycles = 0, longest = 0;
   uint64_t ticks = 0, sum = 0;
-  bool overrun = false, ideal = true;
+  bool overrun = false, ideal = true, due = false, sync = false;
+  std::vector<uint64_t> syncs, dues;  // clocks in which SYNC0 began, a control tick was due
   Capture capture;
   std::string console;
   std::atomic<bool> stop{false};
@@ -56,8 +57,16 @@ struct Device {
       top->eval();
     }
     if (!tick_clocks) return;
-    if (++since >= tick_clocks && state == IDLE) {
+    ++since;
+    if (top->sync_o & 1 && !sync) syncs.push_back(line.slaves[0]->clocks);
+    sync = top->sync_o & 1;
+    if (top->due_o) {
       since = 0;
+      due = true;
+      dues.push_back(line.slaves[0]->clocks);
+    }
+    if (due && state == IDLE) {
+      due = false;
       at = 0;
       state = WRITING;
     }
@@ -129,6 +138,15 @@ struct Device {
 EXPORT Device* device_new() { return new Device; }
 EXPORT void device_delete(Device* device) { delete device; }
 EXPORT void device_run(Device* device, uint64_t ns) { device->line.run(ns * 1000); }
+EXPORT uint64_t device_time(Device* device) { return device->line.slaves[0]->top->time_o; }
+
+// Clocks so far in which SYNC0 began (0), or a control tick was due (1): the last `most` of them; how many there are.
+EXPORT uint64_t device_clocks(Device* device, int which, uint64_t* clocks, uint64_t most) {
+  const auto& all = which ? device->dues : device->syncs;
+  const size_t count = std::min<size_t>(all.size(), most);
+  std::copy(all.end() - count, all.end(), clocks);
+  return count;
+}
 EXPORT uint64_t device_now(Device* device) { return device->line.now; }
 
 // Words into a memory of the core while it is held in reset.
@@ -143,7 +161,7 @@ EXPORT void device_load(Device* device, uint32_t address, const uint32_t* words,
   slave.top->host_write_i = 0;
 }
 
-// The core runs; a tick every `clocks`, its words at these addresses.
+// The core runs; a tick when it is due, each `clocks` without SYNC0, its words at these addresses.
 EXPORT void device_start(Device* device, uint32_t input_base, uint32_t output_base, uint32_t clocks) {
   device->line.slaves[0]->top->run_i = 1;
   device->input_base = input_base;

@@ -217,6 +217,14 @@ class Line(BusModel):
         """SYNC0 and SYNC1 in bits 0 and 1."""
         return self._call("sync", slave)
 
+    def latch(self, levels: int, slave: int = 0) -> None:
+        """Latch inputs 0 and 1 in bits 0 and 1, until the next call."""
+        self._call("latch", slave, levels)
+
+    def in_reset(self, slave: int = 0) -> bool:
+        """Whether a slave and its application are reset."""
+        return bool(self._call("in_reset", slave))
+
     @contextmanager
     def served(self, *taps: int) -> Iterator[None]:
         """As Verilated has it: the line's first port and, of a closed ring, its second one."""

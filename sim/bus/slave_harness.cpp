@@ -175,6 +175,8 @@ EXPORT void bus_copy(Bus* bus, unsigned i, uint16_t outputs, uint16_t output_byt
 
 EXPORT uint64_t bus_time(Bus* bus, unsigned i) { return bus->line.slaves.at(i)->top->time_o; }
 EXPORT unsigned bus_sync(Bus* bus, unsigned i) { return bus->line.slaves.at(i)->top->sync_o; }
+EXPORT void bus_latch(Bus* bus, unsigned i, unsigned levels) { bus->line.slaves.at(i)->top->latch_i = levels; }
+EXPORT int bus_in_reset(Bus* bus, unsigned i) { return !bus->line.slaves.at(i)->top->reset_no; }
 EXPORT uint64_t bus_clocks(Bus* bus, unsigned i) { return bus->line.slaves.at(i)->clocks; }
 
 // A pcap file of what passes the master's first port in bus_serve; 0 if it cannot be written.

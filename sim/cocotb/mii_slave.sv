@@ -29,7 +29,7 @@ module mii_slave (
   logic [63:0] unused_time;
   logic [1:0] unused_sync;
   logic [4:0] unused_port;
-  logic unused_wait, unused_irq;
+  logic unused_wait, unused_irq, unused_reset;
   assign unused_port = {tx_en[1], txd[7:4]};
 
   ethercat_slave u_slave (
@@ -51,6 +51,8 @@ module mii_slave (
       .avs_readdata_o   (unused_data),
       .avs_waitrequest_o(unused_wait),
       .irq_o            (unused_irq),
+      .reset_no         (unused_reset),
+      .latch_i          ('0),
       .sync_o           (unused_sync),
       .time_o           (unused_time)
   );

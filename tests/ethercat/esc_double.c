@@ -16,8 +16,8 @@ static uint8_t memory[DOUBLE_BYTES];
 static uint8_t latest[MANAGERS][0x400], taken[MANAGERS][0x400]; /* of three buffers two are seen */
 static bool open[MANAGERS][2]; /* for the application, the master: from the first byte to the last */
 static uint8_t image[2048];
-static uint32_t since_write_us;
-static bool watched;
+static uint32_t since_write_us, until_sync0_us;
+static bool watched, pulses;
 
 static uint16_t word(uint16_t address) { return (uint16_t)(memory[address] | memory[address + 1] << 8); }
 
@@ -122,10 +122,27 @@ void double_reset(void) {
   memory[ESC_WATCHDOG_STATUS] = ESC_WATCHDOG_STATUS_ALIVE_MASK;
   set_word(ESC_WATCHDOG_DATA, 1000);
   watched = false;
+  until_sync0_us = 0;
+  pulses = true;
+}
+
+void double_sync0(bool now) { pulses = now; }
+
+static void pass_sync0(uint32_t us) {
+  const uint8_t on = ESC_SYNC_ACTIVATION_CYCLIC_MASK | ESC_SYNC_ACTIVATION_SYNC0_MASK;
+  if ((memory[ESC_SYNC_ACTIVATION] & on) != on) {
+    until_sync0_us = 0;
+  } else if (until_sync0_us > us) {
+    until_sync0_us -= us;
+  } else {
+    if (pulses) memory[ESC_AL_EVENT] |= ESC_AL_EVENT_SYNC0_MASK;
+    until_sync0_us += (word(ESC_SYNC0_CYCLE) | (uint32_t)word(ESC_SYNC0_CYCLE + 2) << 16) / 1000u - us;
+  }
 }
 
 void double_time(uint32_t us) {
   uint32_t limit = word(ESC_WATCHDOG_DATA) * 100u;
+  pass_sync0(us);
   if (!watched || !limit) return;
   since_write_us += us;
   if (since_write_us > limit) memory[ESC_WATCHDOG_STATUS] = 0;
@@ -198,6 +215,7 @@ void esc_read(uint16_t address, void *to, uint16_t bytes) {
     int n = at >= 0x1000 && at < DOUBLE_BYTES ? manager_of(at) : -1;
     out[i] = at < DOUBLE_BYTES ? memory[at] : 0;
     if (n >= 0) manager_read(n, at, &out[i], false);
+    if (at == ESC_SYNC_STATUS_0) memory[ESC_AL_EVENT] &= (uint8_t)~ESC_AL_EVENT_SYNC0_MASK;
     if (at == ESC_AL_CONTROL) memory[ESC_AL_EVENT] &= (uint8_t)~ESC_AL_EVENT_AL_CONTROL_MASK;
     if (IS_SM(at, ACTIVATE)) memory[ESC_AL_EVENT] &= (uint8_t)~ESC_AL_EVENT_SM_CHANGE_MASK;
   }

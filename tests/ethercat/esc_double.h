@@ -13,8 +13,10 @@ void double_reset(void);
 /* The master's access to registers and memory; whether it counts in the working counter. */
 bool double_read(uint16_t address, uint8_t *to, uint16_t bytes);
 bool double_write(uint16_t address, const uint8_t *from, uint16_t bytes);
-/* Time goes by: the watchdog of the process data. */
+/* Time goes by: the watchdog of the process data, SYNC0. */
 void double_time(uint32_t us);
+/* Whether SYNC0 pulses while it is on; not before its start time, for one. */
+void double_sync0(bool pulses);
 void double_sii(const uint8_t *image, uint32_t bytes);
 
 #endif

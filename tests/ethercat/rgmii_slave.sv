@@ -45,7 +45,7 @@ module rgmii_slave (
   logic [31:0] unused_data;
   logic [63:0] unused_time;
   logic [1:0] unused_sync;
-  logic unused_wait, unused_irq;
+  logic unused_wait, unused_irq, unused_reset;
 
   ethercat_slave u_slave (
       .clk_i,
@@ -66,6 +66,8 @@ module rgmii_slave (
       .avs_readdata_o   (unused_data),
       .avs_waitrequest_o(unused_wait),
       .irq_o            (unused_irq),
+      .reset_no         (unused_reset),
+      .latch_i          ('0),
       .sync_o           (unused_sync),
       .time_o           (unused_time)
   );

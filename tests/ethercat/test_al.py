@@ -305,6 +305,34 @@ def test_sync0_lost_in_op__falls_with_002c_and_the_axes_fault(address, value):
     assert host.get(0x603F) == 0x7500
 
 
+def test_sync0_without_pulses_in_op__falls_with_002c_after_two_cycles():
+    host = with_sync0(OP)
+    for _ in range(50):  # as it is on, with outputs
+        host.outputs()
+        host.cycle(10)
+    assert host.status == (OP, 0)
+    host.library.double_sync0(False)
+    host.cycle(9 + 10)  # none of the last one's cycle is missing yet
+    assert host.status == (OP, 0)
+    host.cycle(3)
+    assert host.status == (SAFEOP | ERROR, 0x002C) and host.get(0x603F) == 0x7500
+
+
+def test_op__waits_for_sync0_and_gives_up_with_002d():
+    """Its start time may be a while ahead when the master asks for OP."""
+    for comes, wanted in ((True, (OP, 0)), (False, (SAFEOP | ERROR, 0x002D))):
+        host = with_sync0(SAFEOP)
+        host.library.double_sync0(False)
+        assert host.ask(OP) == (SAFEOP, 0)
+        host.outputs()
+        host.cycle(80_000)
+        assert host.status == (SAFEOP, 0)
+        host.library.double_sync0(comes)
+        host.outputs()
+        host.cycle(12 if comes else 12_000)
+        assert host.status == wanted
+
+
 def test_sync0_lost_in_op__counts_only_where_it_is_asked_for():
     host = with_sync0(OP)
     host.put(0x1C32, 1, 1)

@@ -284,10 +284,10 @@ const struct entry dictionary_entries[] = {
     {"Position window", 0, 0, 0x3E8u, 0x0u, 0x0u, OF_AXIS(position_window), 4, 0, 0x07, ENTRY_WRITE | ENTRY_SAVED | ENTRY_STORED},
     {"Position window time", 0, 0, 0x1u, 0x0u, 0x0u, OF_AXIS(position_window_time), 2, 0, 0x06, ENTRY_WRITE | ENTRY_SAVED | ENTRY_STORED},
     {"Velocity actual value", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(velocity_actual), 4, 0, 0x04, ENTRY_TX | ENTRY_STORED},
-    {"Velocity window", 0, 0, 0x4E20u, 0x0u, 0x0u, OF_AXIS(velocity_window), 2, 0, 0x06, ENTRY_WRITE | ENTRY_STORED},
-    {"Velocity window time", 0, 0, 0xAu, 0x0u, 0x0u, OF_AXIS(velocity_window_time), 2, 0, 0x06, ENTRY_WRITE | ENTRY_STORED},
-    {"Velocity threshold", 0, 0, 0x4E20u, 0x0u, 0x0u, OF_AXIS(velocity_threshold), 2, 0, 0x06, ENTRY_WRITE | ENTRY_STORED},
-    {"Velocity threshold time", 0, 0, 0xAu, 0x0u, 0x0u, OF_AXIS(velocity_threshold_time), 2, 0, 0x06, ENTRY_WRITE | ENTRY_STORED},
+    {"Velocity window", 0, 0, 0x4E20u, 0x0u, 0x0u, OF_AXIS(velocity_window), 2, 0, 0x06, ENTRY_WRITE | ENTRY_SAVED | ENTRY_STORED},
+    {"Velocity window time", 0, 0, 0xAu, 0x0u, 0x0u, OF_AXIS(velocity_window_time), 2, 0, 0x06, ENTRY_WRITE | ENTRY_SAVED | ENTRY_STORED},
+    {"Velocity threshold", 0, 0, 0x4E20u, 0x0u, 0x0u, OF_AXIS(velocity_threshold), 2, 0, 0x06, ENTRY_WRITE | ENTRY_SAVED | ENTRY_STORED},
+    {"Velocity threshold time", 0, 0, 0xAu, 0x0u, 0x0u, OF_AXIS(velocity_threshold_time), 2, 0, 0x06, ENTRY_WRITE | ENTRY_SAVED | ENTRY_STORED},
     {"Target torque", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(target_torque), 2, 0, 0x03, ENTRY_WRITE | ENTRY_RX | ENTRY_STORED},
     {"Max torque", 0, 0, 0x3E8u, 0x0u, 0x0u, OF_AXIS(max_torque), 2, 0, 0x06, ENTRY_WRITE | ENTRY_SAVED | ENTRY_RX | ENTRY_STORED},
     {"Torque actual value", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(torque_actual), 2, 0, 0x03, ENTRY_TX | ENTRY_STORED},
@@ -297,13 +297,13 @@ const struct entry dictionary_entries[] = {
     {"Min position limit", 0, 0, 0x80000000u, 0x0u, 0x0u, OF_AXIS(position_limit[0]), 4, 1, 0x04, ENTRY_WRITE | ENTRY_SAVED | ENTRY_STORED},
     {"Max position limit", 0, 0, 0x7FFFFFFFu, 0x0u, 0x0u, OF_AXIS(position_limit[1]), 4, 2, 0x04, ENTRY_WRITE | ENTRY_SAVED | ENTRY_STORED},
     {"Max profile velocity", 0, 0, 0x2FAF080u, 0x1u, 0x77359400u, OF_AXIS(max_velocity), 4, 0, 0x07, ENTRY_WRITE | ENTRY_SAVED | ENTRY_LIMITS | ENTRY_STORED},
-    {"Max motor speed", 0, 0, 0x124F80u, 0x1u, 0xFFFFFFFFu, OF_AXIS(max_motor_speed), 4, 0, 0x07, ENTRY_WRITE | ENTRY_LIMITS | ENTRY_STORED},
+    {"Max motor speed", 0, 0, 0x124F80u, 0x1u, 0xFFFFFFFFu, OF_AXIS(max_motor_speed), 4, 0, 0x07, ENTRY_WRITE | ENTRY_SAVED | ENTRY_LIMITS | ENTRY_STORED},
     {"Profile velocity", 0, 0, 0x4C4B40u, 0x1u, 0x77359400u, OF_AXIS(profile_velocity), 4, 0, 0x07, ENTRY_WRITE | ENTRY_SAVED | ENTRY_RX | ENTRY_LIMITS | ENTRY_STORED},
     {"Profile acceleration", 0, 0, 0x5F5E100u, 0x1u, 0xFFFFFFFFu, OF_AXIS(profile_acceleration), 4, 0, 0x07, ENTRY_WRITE | ENTRY_SAVED | ENTRY_RX | ENTRY_LIMITS | ENTRY_STORED},
-    {"Profile deceleration", 0, 0, 0x5F5E100u, 0x1u, 0xFFFFFFFFu, OF_AXIS(profile_deceleration), 4, 0, 0x07, ENTRY_WRITE | ENTRY_RX | ENTRY_LIMITS | ENTRY_STORED},
+    {"Profile deceleration", 0, 0, 0x5F5E100u, 0x1u, 0xFFFFFFFFu, OF_AXIS(profile_deceleration), 4, 0, 0x07, ENTRY_WRITE | ENTRY_SAVED | ENTRY_RX | ENTRY_LIMITS | ENTRY_STORED},
     {"Quick stop deceleration", 0, 0, 0x17D78400u, 0x1u, 0xFFFFFFFFu, OF_AXIS(quick_stop_deceleration), 4, 0, 0x07, ENTRY_WRITE | ENTRY_SAVED | ENTRY_LIMITS | ENTRY_STORED},
     {"Motion profile type", 0, 0, 0x3u, 0x0u, 0x0u, OF_AXIS(profile_type), 2, 0, 0x03, ENTRY_STORED},
-    {"Torque slope", 0, 0, 0x2710u, 0x1u, 0xFFFFFFFFu, OF_AXIS(torque_slope), 4, 0, 0x07, ENTRY_WRITE | ENTRY_RX | ENTRY_LIMITS | ENTRY_STORED},
+    {"Torque slope", 0, 0, 0x2710u, 0x1u, 0xFFFFFFFFu, OF_AXIS(torque_slope), 4, 0, 0x07, ENTRY_WRITE | ENTRY_SAVED | ENTRY_RX | ENTRY_LIMITS | ENTRY_STORED},
     {"Torque profile type", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(torque_profile_type), 2, 0, 0x03, ENTRY_STORED},
     {"Number of entries", 0, 0, 0x2u, 0x0u, 0x0u, 0, 1, 0, 0x05, 0},
     {"Encoder increments", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(encoder_increments), 4, 1, 0x07, ENTRY_STORED},
@@ -316,9 +316,9 @@ const struct entry dictionary_entries[] = {
     {"Shaft revolutions", 0, 0, 0x1u, 0x0u, 0x0u, OF_AXIS(feed_shaft), 4, 2, 0x07, ENTRY_STORED},
     {"Homing method", 0, values7, 0x25u, 0x0u, 0x0u, OF_AXIS(homing_method), 1, 0, 0x02, ENTRY_WRITE | ENTRY_SAVED | ENTRY_STORED},
     {"Number of entries", 0, 0, 0x2u, 0x0u, 0x0u, 0, 1, 0, 0x05, 0},
-    {"Speed during search for switch", 0, 0, 0xF4240u, 0x1u, 0x77359400u, OF_AXIS(homing_speed[0]), 4, 1, 0x07, ENTRY_WRITE | ENTRY_LIMITS | ENTRY_STORED},
-    {"Speed during search for zero", 0, 0, 0x186A0u, 0x1u, 0x77359400u, OF_AXIS(homing_speed[1]), 4, 2, 0x07, ENTRY_WRITE | ENTRY_LIMITS | ENTRY_STORED},
-    {"Homing acceleration", 0, 0, 0x5F5E100u, 0x1u, 0xFFFFFFFFu, OF_AXIS(homing_acceleration), 4, 0, 0x07, ENTRY_WRITE | ENTRY_LIMITS | ENTRY_STORED},
+    {"Speed during search for switch", 0, 0, 0xF4240u, 0x1u, 0x77359400u, OF_AXIS(homing_speed[0]), 4, 1, 0x07, ENTRY_WRITE | ENTRY_SAVED | ENTRY_LIMITS | ENTRY_STORED},
+    {"Speed during search for zero", 0, 0, 0x186A0u, 0x1u, 0x77359400u, OF_AXIS(homing_speed[1]), 4, 2, 0x07, ENTRY_WRITE | ENTRY_SAVED | ENTRY_LIMITS | ENTRY_STORED},
+    {"Homing acceleration", 0, 0, 0x5F5E100u, 0x1u, 0xFFFFFFFFu, OF_AXIS(homing_acceleration), 4, 0, 0x07, ENTRY_WRITE | ENTRY_SAVED | ENTRY_LIMITS | ENTRY_STORED},
     {"Number of entries", 0, 0, 0x1u, 0x0u, 0x0u, 0, 1, 0, 0x05, 0},
     {"Profile jerk 1", 0, 0, 0x989680u, 0x1u, 0xFFFFFFFFu, OF_AXIS(profile_jerk), 4, 1, 0x07, ENTRY_WRITE | ENTRY_SAVED | ENTRY_LIMITS | ENTRY_STORED},
     {"Position offset", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(position_offset), 4, 0, 0x04, ENTRY_WRITE | ENTRY_RX | ENTRY_STORED},
@@ -383,7 +383,7 @@ const struct entry dictionary_entries[] = {
 const uint16_t dictionary_own_count = 41;
 const uint16_t dictionary_axis_count = 64;
 const uint16_t dictionary_before_count = 36;
-const uint16_t dictionary_lists[LISTS] = {0, 361, 76, 93, 102, 147};
+const uint16_t dictionary_lists[LISTS] = {0, 361, 76, 93, 147, 147};
 const struct object dictionary_objects[] = {
     {"Device type", 0x1000, 0, 7, 1, 0},
     {"Error register", 0x1001, 1, 7, 1, 0},

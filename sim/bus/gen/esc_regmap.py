@@ -16,6 +16,13 @@ FEATURES = ByteRegister(
 )
 STATION_ADDRESS = ByteRegister("STATION_ADDRESS", 16, 2, master=True)
 STATION_ALIAS = ByteRegister("STATION_ALIAS", 18, 2)
+REGISTER_ENABLE = ByteRegister("REGISTER_ENABLE", 32, 1, master=True, fields=bit_fields(enable=0))
+REGISTER_PROTECTION = ByteRegister(
+    "REGISTER_PROTECTION", 33, 1, master=True, fields=bit_fields(on=0)
+)
+WRITE_ENABLE = ByteRegister("WRITE_ENABLE", 48, 1, master=True, fields=bit_fields(enable=0))
+WRITE_PROTECTION = ByteRegister("WRITE_PROTECTION", 49, 1, master=True, fields=bit_fields(on=0))
+ESC_RESET = ByteRegister("ESC_RESET", 64, 1, master=True)
 DL_CONTROL = ByteRegister(
     "DL_CONTROL",
     256,
@@ -61,14 +68,18 @@ PDI_CONFIG = ByteRegister("PDI_CONFIG", 321, 1, application=True, fields=bit_fie
 MASTER_EVENT_MASK = ByteRegister("MASTER_EVENT_MASK", 512, 2, master=True)
 AL_EVENT_MASK = ByteRegister("AL_EVENT_MASK", 516, 4, application=True)
 MASTER_EVENT = ByteRegister(
-    "MASTER_EVENT", 528, 2, reset=None, fields=bit_fields(dl_status=2, al_status=3, sm=(4, 8))
+    "MASTER_EVENT",
+    528,
+    2,
+    reset=None,
+    fields=bit_fields(latch=0, dl_status=2, al_status=3, sm=(4, 8)),
 )
 AL_EVENT = ByteRegister(
     "AL_EVENT",
     544,
     4,
     reset=None,
-    fields=bit_fields(al_control=0, sync0=2, sync1=3, sm_change=4, watchdog=6, sm=(8, 8)),
+    fields=bit_fields(al_control=0, latch=1, sync0=2, sync1=3, sm_change=4, watchdog=6, sm=(8, 8)),
 )
 INVALID_FRAMES_0 = ByteRegister("INVALID_FRAMES_0", 768, 1, master=True)
 RX_ERRORS_0 = ByteRegister("RX_ERRORS_0", 769, 1, master=True)
@@ -173,7 +184,9 @@ DIFFERENCE_FILTER = ByteRegister(
     "DIFFERENCE_FILTER", 2356, 1, reset=4, master=True, fields=number(4)
 )
 SPEED_FILTER = ByteRegister("SPEED_FILTER", 2357, 1, reset=12, master=True, fields=number(4))
-SYNC_CONTROL = ByteRegister("SYNC_CONTROL", 2432, 1, master=True)
+SYNC_CONTROL = ByteRegister(
+    "SYNC_CONTROL", 2432, 1, master=True, fields=bit_fields(sync=0, latch0=4, latch1=5)
+)
 SYNC_ACTIVATION = ByteRegister(
     "SYNC_ACTIVATION", 2433, 1, master=True, fields=bit_fields(cyclic=0, sync0=1, sync1=2)
 )
@@ -183,5 +196,31 @@ SYNC_STATUS_1 = ByteRegister("SYNC_STATUS_1", 2447, 1, fields=bit_fields(state=0
 START_TIME = ByteRegister("START_TIME", 2448, 8, master=True)
 SYNC0_CYCLE = ByteRegister("SYNC0_CYCLE", 2464, 4, master=True)
 SYNC1_CYCLE = ByteRegister("SYNC1_CYCLE", 2468, 4, master=True)
+LATCH_CONTROL_0 = ByteRegister(
+    "LATCH_CONTROL_0",
+    2472,
+    1,
+    master=True,
+    application=True,
+    fields=bit_fields(rising=0, falling=1),
+)
+LATCH_CONTROL_1 = ByteRegister(
+    "LATCH_CONTROL_1",
+    2473,
+    1,
+    master=True,
+    application=True,
+    fields=bit_fields(rising=0, falling=1),
+)
+LATCH_STATUS_0 = ByteRegister(
+    "LATCH_STATUS_0", 2478, 1, fields=bit_fields(rising=0, falling=1, high=2)
+)
+LATCH_STATUS_1 = ByteRegister(
+    "LATCH_STATUS_1", 2479, 1, fields=bit_fields(rising=0, falling=1, high=2)
+)
+LATCH_TIME_0_RISING = ByteRegister("LATCH_TIME_0_RISING", 2480, 8)
+LATCH_TIME_0_FALLING = ByteRegister("LATCH_TIME_0_FALLING", 2488, 8)
+LATCH_TIME_1_RISING = ByteRegister("LATCH_TIME_1_RISING", 2496, 8)
+LATCH_TIME_1_FALLING = ByteRegister("LATCH_TIME_1_FALLING", 2504, 8)
 
 REGISTERS = tuple(value for value in vars().values() if isinstance(value, ByteRegister))

@@ -18,6 +18,10 @@ module ecat_control_sva (
   localparam logic [31:0] Managers = 32'hff << esc_regmap_pkg::AL_EVENT_SM_LSB;
   localparam logic [15:0] MasterManagers = 16'hff << esc_regmap_pkg::MASTER_EVENT_SM_LSB;
 
+  // Of others: the latch inputs (ecat_latch) and the sync managers.
+  localparam logic [31:0] Others = Managers | 32'd1 << esc_regmap_pkg::AL_EVENT_LATCH_LSB;
+  localparam logic [15:0] MasterOthers = MasterManagers | 16'd1 << esc_regmap_pkg::MASTER_EVENT_LATCH_LSB;
+
   logic [esc_regmap_pkg::AL_CONTROL_STATE_WIDTH-1:0] asked;  // a state
   assign asked = register_i.data[esc_regmap_pkg::AL_CONTROL_STATE_LSB+:esc_regmap_pkg::AL_CONTROL_STATE_WIDTH];
 
@@ -37,11 +41,11 @@ module ecat_control_sva (
   end
 
   EventStands : assert property (@(posedge clk_i) disable iff (!rst_ni)
-      (gone & ~Managers) != '0 |-> $past(register_i.read && register_i.application))
+      (gone & ~Others) != '0 |-> $past(register_i.read && register_i.application))
   else $error("an event of the application went without its read");
 
   MasterEventStands : assert property (@(posedge clk_i) disable iff (!rst_ni)
-      (master_gone & ~MasterManagers) != '0 |-> $past(register_i.read && !register_i.application))
+      (master_gone & ~MasterOthers) != '0 |-> $past(register_i.read && !register_i.application))
   else $error("an event of the master went without its read");
 
   ManagersEventStands : assert property (@(posedge clk_i) disable iff (!rst_ni)

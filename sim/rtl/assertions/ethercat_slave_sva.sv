@@ -4,7 +4,7 @@ module ethercat_slave_sva (
     input logic clk_i,
     input logic rst_ni,
     input logic mii_tick_i,
-    input logic [5:0] hits,
+    input logic [7:0] hits,
     input logic sm_hit
 );
 

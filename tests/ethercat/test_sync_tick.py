@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Control ticks of the device in RTL follow SYNC0, while the clock of the master drifts."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sim.bus.datagram import APWR, single
+from sim.bus.device import BEFORE, CLOCK_NS, CYCLE_CLOCKS, DeviceRtl
+from sim.bus.gen import esc_regmap
+from sim.bus.register import ByteRegister
+
+SYNC_NS = 500_000
+TICK_NS = CYCLE_CLOCKS * CLOCK_NS
+TICKS = SYNC_NS // TICK_NS  # from SYNC0 to SYNC0
+SHARE_NS = 100_000  # from one system time of the master to the next
+SETTLED, COUNTED = 40, 20  # SYNC0 until the ticks count, and that count
+START_NS = 1_000_000  # until the program has started
+APART = 600  # clocks from SYNC0 to the nearest tick at the beginning
+NEAR = 1  # clocks, besides what the clocks drift
+
+
+def write(device: DeviceRtl, register: ByteRegister, value: int) -> None:
+    data = (value % (1 << 8 * register.width)).to_bytes(register.width, "little")
+    device.send(single(APWR, 0, register.address, data))
+
+
+@pytest.mark.parametrize("ppm", (100, -100))
+def test_ticks__begin_with_sync0_while_the_masters_clock_drifts(ppm: int):
+    device = DeviceRtl()
+    device.run(START_NS)
+    device.align()
+    tick = device.time() + BEFORE * CLOCK_NS  # one is due then
+    write(device, esc_regmap.SPEED_FILTER, 8)
+    write(device, esc_regmap.SYNC0_CYCLE, SYNC_NS)
+    device.run(50_000)
+    begin, zero = device.now, device.time()
+    write(device, esc_regmap.SPEED_START, 0x1000)
+    write(device, esc_regmap.START_TIME, tick + 10 * TICK_NS + APART * CLOCK_NS)
+    device.run(20_000)
+    write(device, esc_regmap.SYNC_ACTIVATION, esc_regmap.SYNC_ACTIVATION.word(cyclic=1, sync0=1))
+    device.restart_counts()
+    while device.now < begin + (SETTLED + COUNTED) * SYNC_NS * 1000:
+        device.run(SHARE_NS)
+        elapsed = (device.now - begin) // 1000
+        write(device, esc_regmap.SYSTEM_TIME, zero + elapsed + elapsed * ppm // 1_000_000)
+    syncs, dues = device.begun(1 << 12)
+    first = dues[np.searchsorted(dues, syncs[0]) - 1 : np.searchsorted(dues, syncs[0]) + 1]
+    assert abs(min(abs(first - syncs[0])) - APART) < APART // 10
+    syncs = syncs[-COUNTED:]
+    drift = abs(ppm) * SYNC_NS // 1_000_000 // CLOCK_NS
+    assert abs(np.diff(syncs).mean() - SYNC_NS / CLOCK_NS * (1 - ppm * 1e-6)) < 2
+    nearest = np.array([dues[np.argmin(abs(dues - sync))] for sync in syncs])
+    assert abs(nearest - syncs).max() <= drift + NEAR, nearest - syncs
+    assert set(np.diff(np.searchsorted(dues, nearest))) == {TICKS}
+    assert device.counts()["overrun"] == 0
+    assert device.counts()["longest"] < CYCLE_CLOCKS
