@@ -20,8 +20,8 @@ OUTPUTS = ("request", "position", "jump", "lost", "bad_count")
 PERIOD, LATE, INSTANT, PERIODS, JUMP = 500, 330, 6, 4, 40
 ACTS = 6  # clocks from the end of a frame to position_o
 SMALL = {"Width": 20, "Period": PERIOD, "Instant": INSTANT, "MostJump": JUMP, "Periods": PERIODS}
-# Counts at a constant speed. Whole parts e of the positions k, k - 1, k - 2, each -1 .. 0, are seen as
-# 2 e_k - (1 - L / P) e_{k-1} - L / P e_{k-2} at worst, so -2 .. 1; evenly spread counts add 1.
+# Counts at a constant speed. Whole parts e of the positions k, k - 1, k - 2, each -1 .. 0, are seen
+# as 2 e_k - (1 - L / P) e_{k-1} - L / P e_{k-2} at worst, so -2 .. 1; evenly spread counts add 1.
 EXACT = 3
 Position = Callable[[np.ndarray], np.ndarray]
 
