@@ -43,9 +43,10 @@ module absolute_position #(
 
   localparam int unsigned CountBits = (Width - Drop > 32) ? 32 : Width - Drop;
   localparam int unsigned TimerBits = $clog2(Period + 1);
-  localparam int unsigned SpanBits = $clog2(Periods * Period + 1);
+  localparam int unsigned LimitClocks = Periods * Period;
+  localparam int unsigned SpanBits = $clog2(LimitClocks + 1);
   localparam logic [SpanBits-1:0] PERIOD = SpanBits'(Period);
-  localparam logic [SpanBits-1:0] LIMIT = SpanBits'(Periods * Period);
+  localparam logic [SpanBits-1:0] LIMIT = SpanBits'(LimitClocks);
   localparam logic signed [31:0] RANGE = 32'(Modulus);
   localparam logic signed [31:0] HALF = (Modulus != 0) ? 32'(Modulus / 2) : 32'h7FFF_FFFF;
 
