@@ -48,6 +48,7 @@ BLOCKS = (
         "biss_port",
         "ssi_port",
         "endat_port",
+        "absolute_position",
         "sinc3_timing",
         "sinc3_filter",
         "current_sense",

@@ -41,7 +41,14 @@ CORES = {
     "dual": ("Two processors that hand over set-points", ["dual_asip"]),
     "drive": (
         "Motor drives: encoders, currents, gates, link to a processor",
-        ["drive_front_end", "biss_port", "ssi_port", "endat_port", "drive_chain"],
+        [
+            "drive_front_end",
+            "biss_port",
+            "ssi_port",
+            "endat_port",
+            "absolute_position",
+            "drive_chain",
+        ],
     ),
     "ethercat": (
         "EtherCAT-compatible slave controller",

@@ -113,7 +113,7 @@ TOPS = (
     Top(
         "drive_front_end",
         (DRIVE,),
-        ("", "Axes=1", "Axes=8 FastRate=16 EdgeStamps=1"),
+        ("", "Axes=1", "Axes=8 FastRate=16 EdgeStamps=1", "Axes=2 External=2"),
     ),
     Top("ethercat_slave", ("rtl/ethercat/ethercat.f",)),
     Top("mii_to_rgmii", ("rtl/ethercat/mii_to_rgmii.sv",)),
@@ -129,6 +129,11 @@ TOPS = (
         "endat_port",
         ("rtl/drive/endat_port.f",),
         ("", "Endat22=0 StartClocks=0", "Width=48 ClocksPerBit=6 MeasureClocks=300"),
+    ),
+    Top(
+        "absolute_position",
+        ("rtl/drive/absolute_position.f",),
+        ("", "Width=20 Drop=4 Modulus=60000 Instant=8", "Width=64 Period=1250"),
     ),
 )
 

@@ -49,6 +49,7 @@ AT_WORK = {
     "biss_port": SCENARIOS,
     "ssi_port": SCENARIOS,
     "endat_port": SCENARIOS,
+    "absolute_position": SCENARIOS,
 }
 # What an outcome depends on besides the RTL of its top. Other tests or programs give other work,
 # but the RTL and the plain Verilog that were equal stay equal.

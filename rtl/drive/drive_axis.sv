@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // drive_axis: what one motor needs: decoder, filters of two phase currents, three half bridges.
-// Contract: that of quadrature_decoder, current_sense, pwm_bridge and, with ThirdSensor, current_sum.
+// Contract: that of quadrature_decoder, current_sense, pwm_bridge and, with ThirdSensor, current_sum. With External
+// the count is external_position_i, one clock later, and external_fault_i, held until a clear, is an illegal
+// transition; there is no index then. edge_time_o is the time of the last change of the count.
 // Overcurrent and a sum of the currents that is not 0 are alarms of the bridge.
 module drive_axis #(
     parameter int unsigned Width         = 12,
@@ -9,7 +11,8 @@ module drive_axis #(
     parameter int unsigned SlowRate      = 64,
     parameter int unsigned FastRate      = 8,
     parameter int unsigned FilterBits    = 4,
-    parameter int unsigned ThirdSensor   = 0    // 1: bit_c_i, for the sum of the currents
+    parameter int unsigned ThirdSensor   = 0,   // 1: bit_c_i, for the sum of the currents
+    parameter int unsigned External      = 0    // 1: the count of another encoder, without a_i, b_i and z_i
 ) (
     input  logic                               clk_i,
     input  logic                               rst_ni,
@@ -26,6 +29,9 @@ module drive_axis #(
     output logic                               passes_o,
     output logic                               illegal_o,
     output logic [7:0]                         illegal_count_o,
+    input  logic signed [31:0]                 external_position_i,
+    input  logic                               external_fault_i,
+    input  logic [7:0]                         external_count_i,
     // currents, and sinc3_timing
     input  logic                               bit_a_i,
     input  logic                               bit_b_i,
@@ -62,25 +68,49 @@ module drive_axis #(
 
   logic [2:0] ordered, unused_ordered;
 
-  quadrature_decoder #(
-      .FilterBits(FilterBits)
-  ) u_decoder (
-      .clk_i,
-      .rst_ni,
-      .a_i,
-      .b_i,
-      .z_i,
-      .filter_i,
-      .clear_i,
-      .time_i,
-      .position_o,
-      .edge_time_o,
-      .index_o,
-      .index_position_o,
-      .passes_o,
-      .illegal_o,
-      .illegal_count_o
-  );
+  generate
+    if (External != 0) begin : gen_external
+      logic unused_lines;
+      assign unused_lines     = ^{a_i, b_i, z_i, filter_i};
+      assign illegal_o        = external_fault_i;
+      assign illegal_count_o  = external_count_i;
+      assign index_o          = 1'b0;
+      assign index_position_o = '0;
+      assign passes_o         = 1'b0;
+
+      always_ff @(posedge clk_i or negedge rst_ni) begin
+        if (!rst_ni) position_o <= '0;
+        else position_o <= external_position_i;
+      end
+
+      always_ff @(posedge clk_i) begin
+        if (position_o != external_position_i) edge_time_o <= time_i;
+      end
+    end else begin : gen_decoder
+      logic unused_external;
+      assign unused_external = ^{external_position_i, external_fault_i, external_count_i};
+
+      quadrature_decoder #(
+          .FilterBits(FilterBits)
+      ) u_decoder (
+          .clk_i,
+          .rst_ni,
+          .a_i,
+          .b_i,
+          .z_i,
+          .filter_i,
+          .clear_i,
+          .time_i,
+          .position_o,
+          .edge_time_o,
+          .index_o,
+          .index_position_o,
+          .passes_o,
+          .illegal_o,
+          .illegal_count_o
+      );
+    end
+  endgenerate
 
   current_sense #(
       .SlowRate(SlowRate),

@@ -62,6 +62,7 @@ module drive_chain #(
   logic [31:0] link_data, data;
   logic link_read, link_write, link_wait, read, write, core_wait, core_irq;
   logic trace_issue, unused_trace;
+  logic [4:0] unused_clear;
   logic [15:0] trace_pc;
   logic [3:0] trace_write;
   logic [17:0] trace_index;
@@ -170,6 +171,10 @@ module drive_chain #(
       .a_i,
       .b_i,
       .z_i,
+      .external_position_i('0),
+      .external_fault_i  ('0),
+      .external_count_i  ('0),
+      .external_clear_o  (unused_clear),
       .mclk_o,
       .bit_a_i,
       .bit_b_i,

@@ -9,6 +9,8 @@
 // third clock edge that sees it outside. chopper_o follows one edge after bus_i: on above CHOPPER.on, off
 // below CHOPPER.off; trips do not change it. Guards of the sensors, each off after a reset: drive_plausible
 // looks at the values of the link, current_sum at a third sensor, index_check at the encoder. position_o is POSITION + ORIGIN.
+// With its bit of External an axis takes count and faults (STATUS.illegal, ILLEGAL) of another encoder's block, whose
+// clear_i is external_clear_o.
 module drive_front_end #(
     parameter int unsigned Axes          = 5,   // 1..8
     parameter int unsigned ClocksPerBit  = 6,
@@ -16,7 +18,8 @@ module drive_front_end #(
     parameter int unsigned FastRate      = 8,
     parameter int unsigned LeastDeadTime = 12,
     parameter int unsigned ThirdSensor   = 0,   // 1: bit_c_i, for the sum of the currents
-    parameter int unsigned EdgeStamps    = 0    // 1: STAMP and STAMP_POSITION
+    parameter int unsigned EdgeStamps    = 0,   // 1: STAMP and STAMP_POSITION
+    parameter int unsigned External      = 0    // bit n: axis n counts by external_position_i, not by A and B
 ) (
     input  logic              clk_i,
     input  logic              rst_ni,
@@ -43,6 +46,10 @@ module drive_front_end #(
     input  logic [Axes-1:0]   a_i,
     input  logic [Axes-1:0]   b_i,
     input  logic [Axes-1:0]   z_i,
+    input  logic [32*Axes-1:0] external_position_i,  // of absolute_position
+    input  logic [Axes-1:0]   external_fault_i,
+    input  logic [8*Axes-1:0] external_count_i,
+    output logic [Axes-1:0]   external_clear_o,
     output logic              mclk_o,
     input  logic [Axes-1:0]   bit_a_i,
     input  logic [Axes-1:0]   bit_b_i,
@@ -347,7 +354,8 @@ module drive_front_end #(
           .SlowRate     (SlowRate),
           .FastRate     (FastRate),
           .FilterBits   (FilterBits),
-          .ThirdSensor  (ThirdSensor)
+          .ThirdSensor  (ThirdSensor),
+          .External     ((External >> axis) & 1)
       ) u_axis (
           .clk_i,
           .rst_ni,
@@ -363,6 +371,9 @@ module drive_front_end #(
           .passes_o        (passes[axis]),
           .illegal_o       (illegal[axis]),
           .illegal_count_o (illegal_count[8*axis+:8]),
+          .external_position_i(external_position_i[32*axis+:32]),
+          .external_fault_i   (external_fault_i[axis]),
+          .external_count_i   (external_count_i[8*axis+:8]),
           .bit_a_i         (bit_a_i[axis]),
           .bit_b_i         (bit_b_i[axis]),
           .bit_c_i         (bit_c_i[axis]),
@@ -546,6 +557,7 @@ module drive_front_end #(
 
   assign alarm       = late_q || fault_q || under_q || bus_over_q || stop_q;
   assign chopper_o   = chopper_q;
+  assign external_clear_o = clear;
   assign value_axis  = link_valid ? link_axis
                                   : writedata_i[drive_regmap_pkg::COMPARE_AXIS_LSB+:3];
   assign value_phase = link_valid ? link_phase
@@ -558,6 +570,12 @@ module drive_front_end #(
 
 `ifndef SYNTHESIS
   generate
+    if (External >= (1 << Axes)) begin : gen_check_external
+      $error("drive_front_end: External=%0d, must be below 2^Axes", External);
+    end
+    if (External != 0 && EdgeStamps != 0) begin : gen_check_stamps
+      $error("drive_front_end: EdgeStamps=1 needs single counts of lines A and B; leave External 0");
+    end
     if (Axes < 1 || Axes > 8) begin : gen_check_shape
       $error("drive_front_end: Axes=%0d, must be 1..8", Axes);
     end

@@ -26,6 +26,11 @@ module endat_port #(
     output logic        waitrequest_o,
     // sampling instant of all encoders, a clock
     input  logic        sample_i,
+    // absolute_position: end of a frame, and whether it brought a right position
+    output logic        busy_o,
+    output logic        done_o,
+    output logic        good_o,
+    output logic [Width-1:0] position_o,
     // encoder
     output logic        clock_o,
     output logic        data_o,
@@ -36,6 +41,11 @@ module endat_port #(
   logic request, busy, done, error, crc_error, lost;
   logic [15:0] delay;
   logic [Width-1:0] position;
+
+  assign busy_o     = busy;
+  assign done_o     = done;
+  assign good_o     = !crc_error && !lost && !error;
+  assign position_o = position;
 
   absolute_registers #(
       .Id          (32'h454E4454),  // 'ENDT'

@@ -130,6 +130,7 @@ def test_crossover__makes_the_bandwidth_of_the_model():
 
 SSI = {"encoder": '"ssi"', "absolute_counts": "262144", "encoder_bits": "18"}
 ENDAT = SSI | {"encoder": '"endat"'}
+ALONE = SSI | {"encoder": '"biss"', "encoder_lines": "false", "encoder_counts": "16384"}
 
 
 @pytest.mark.parametrize(
@@ -195,6 +196,27 @@ ENDAT = SSI | {"encoder": '"endat"'}
         (ENDAT | {"encoder_clock": "400e3"}, r"must be within 500000 \.\. 8e\+06 Hz"),
         (ENDAT | {"encoder_clock": "10e6"}, r"must be within 500000 \.\. 8e\+06 Hz"),
         (ENDAT | {"encoder_endat22": "2"}, "encoder_endat22 = 2: write encoder_endat22 = true"),
+        (
+            {"encoder_lines": "false"},
+            'encoder_lines: of an absolute encoder; write encoder = "biss"',
+        ),
+        (SSI | {"encoder_lines": "0"}, "encoder_lines = 0: write encoder_lines = true"),
+        (SSI | {"encoder_frame": "1e-4"}, "encoder_frame: with encoder_lines = false alone; add"),
+        (ALONE | {"encoder_bits": None}, "encoder_bits: missing; add a line encoder_bits"),
+        (ALONE | {"encoder_counts": "20000"}, "those of the position divided by 1, 2, 4"),
+        (ALONE | {"encoder_counts": "524288"}, "those of the position divided by 1, 2, 4"),
+        (ALONE | {"encoder_clock": "2e6"}, r"must be within 2.1e\+06 \.\. 1e\+07 Hz"),
+        (ALONE | {"encoder_frame": "5e-6"}, "a frame takes 8.* s; a longer one, or a faster"),
+        (
+            ALONE | {"absolute_counts": "20000", "encoder_counts": "20000"},
+            "several turns needs a power of two in a turn; 15 bits",
+        ),
+        (
+            ALONE
+            | {"absolute_counts": "4194304", "encoder_bits": "22"}
+            | {"encoder_counts": "4194304"},
+            "1.34 counts a clock at 1000 rad/s electrical, without lines",
+        ),
         ({"encoder_party": '"even"'}, "encoder_party: unknown key; did you mean 'encoder_parity'"),
     ],
 )
@@ -319,6 +341,94 @@ def test_command__prints_and_writes_the_parameters_of_the_encoders_port(tmp_path
     for name, value in one.port.items():
         assert re.search(rf"{name} +{value} +parameter of", printed)
     assert printed.count(one.port_name) == len(one.port)
+
+
+COUNTER = {"Width": 18, "Drop": 4, "Modulus": 0, "Instant": 8, "Periods": 4}
+
+
+@pytest.mark.parametrize(
+    ("keys", "counter", "frame"),
+    [
+        (ALONE, COUNTER | {"Period": 3546}, 1052),  # (18 + 12) 14 + 5 us; 20 us more
+        (ALONE | {"encoder_frame": "10e-6"}, COUNTER | {"Period": 1250}, 1052),
+        (
+            ALONE | {"absolute_counts": "20000", "encoder_counts": "20000", "encoder_bits": "15"},
+            {"Width": 15, "Drop": 0, "Modulus": 20000},
+            27 * 14 + 626 + 6,
+        ),
+        (
+            ALONE | {"encoder": '"ssi"', "encoder_repeat": "true", "encoder_clock": "2e6"},
+            COUNTER | {"Instant": 1},
+            2 * 20 * 64 + 3126 + 6,
+        ),
+        (
+            ALONE | {"encoder": '"endat"', "encoder_clock": "8e6"},
+            COUNTER | {"Instant": 1, "Period": 250 + 37 * 16 + 626 + 3876, "Periods": 7},
+            250 + 37 * 16 + 626 + 6,
+        ),
+    ],
+    ids=["biss", "fast", "modulus", "ssi", "endat"],
+)
+def test_encoder_without_lines__parameters_of_its_count(tmp_path, keys, counter, frame):
+    """At 125 MHz; the block is built with them."""
+    one = load(changed(tmp_path, **keys))
+    assert {name: one.counter[name] for name in counter} == counter
+    assert one.frame_clocks == frame and one.counter["MostJump"] >= 4
+    block = Clocked("absolute_position", ("done",), ("request",), one.counter)
+    found = block.run(one.counter["Period"] + 1)
+    assert np.flatnonzero(found["request"]).tolist() == [one.counter["Period"] - 1]
+
+
+def test_encoder_without_lines__every_goal_is_met(tmp_path, capsys):
+    """The largest error of the angle is that of the whole counts: 3 of them and a half."""
+    results = tmp_path / "motor.json"
+    file = changed(tmp_path, **ALONE, encoder_offset="0.7")
+    assert main([str(file), "--results", str(results)]) == 0
+    one, found = load(file), json.loads(results.read_text())
+    assert found["encoder_counter"] == one.counter
+    errors = found["encoder_error_degrees"]
+    assert set(errors) == {"in all motions", "after a lost frame", "after 3 lost frames"}
+    count = math.degrees(one.resolution * one.motor.wave)
+    for error in errors.values():
+        assert 0.5 * count < error["largest"] <= 3.5 * count and 0 < error["rms"] < count
+    printed = capsys.readouterr().out
+    assert "absolute_posit" in printed and "age of the" in printed and "BiSS" not in printed
+
+
+def test_encoder_without_lines__of_a_linear_motor_with_slow_ssi(tmp_path):
+    keys = LINEAR | {"encoder": '"ssi"', "encoder_lines": "false", "encoder_bits": "24"}
+    one = load(changed(tmp_path, **keys, absolute_counts="4e6", encoder_offset="-2.5"))
+    assert (one.counter["Drop"], one.counter["Modulus"]) == (2, 0)
+    found = identify(Bench(one, -2.5, at=-0.31 * one.motor.pole))
+    assert found.offset == pytest.approx(-2.5, abs=math.radians(0.1))
+    assert found.psi == pytest.approx(one.motor.psi, rel=0.03)
+
+
+def test_bench__frames_that_are_lost_show_in_the_angle(tmp_path):
+    """A constant force from rest: a count that stays, against one that goes on by the last speed;
+    the counts of lines A and B are within half a count."""
+    angles = {}
+    for name, keys in (("lines", {}), ("alone", ALONE | {"encoder_counts": "262144"})):
+        one = load(changed(tmp_path, **keys))
+        count = math.degrees(one.resolution * one.motor.wave)
+        for lost in (0, 1000):
+            bench = Bench(one)
+            bench.current_loop(one.motor, bench.truth["angle"], 5000.0)
+            bench.run(np.full((300, 1), 0.5 * one.motor.force_per_ampere * one.motor.i_max))
+            bench.lose(lost)
+            bench.off()
+            bench.run(np.full((300, 1), 0.5 * one.motor.force_per_ampere * one.motor.i_max))
+            angles[name, lost] = bench.off()[1] / count
+    assert 0.4 < angles["lines", 0] <= 0.51 and angles["lines", 1000] == angles["lines", 0]
+    assert 0.5 < angles["alone", 0] <= 3.5
+    # x = a t^2 / 2, extrapolated from 3 ms to 6 ms by the speed of the last frames, in whole counts
+    # of a frame.
+    acceleration = 0.5 * one.motor.force_per_ampere * one.motor.i_max / one.inertia
+    moved = acceleration * 3e-3**2 / 2 / one.resolution
+    period = one.counter["Period"] * CLOCK
+    late = 1.5 * period * acceleration * 3e-3 / one.resolution
+    assert angles["alone", 1000] == pytest.approx(moved, abs=3e-3 / period + late)
+    assert moved > 5 * (3e-3 / period + late)
 
 
 def test_absolute_encoder__of_a_linear_motor(tmp_path):

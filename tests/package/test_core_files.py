@@ -36,6 +36,7 @@ LISTS = {
     "biss_port": ["drive/biss_port.f"],
     "ssi_port": ["drive/ssi_port.f"],
     "endat_port": ["drive/endat_port.f"],
+    "absolute_position": ["drive/absolute_position.f"],
     "ethercat_slave": ["ethercat/ethercat.f"],
     "motion_front_end": ["motion/motion.f"],
     "n2_core": ["nios/n2_core.f"],

@@ -94,6 +94,7 @@ OTHER_LISTS = [
     ("drive/biss_port.f", "biss_port"),
     ("drive/ssi_port.f", "ssi_port"),
     ("drive/endat_port.f", "endat_port"),
+    ("drive/absolute_position.f", "absolute_position"),
     ("dual/dual.f", "dual_asip"),
     ("debug/debug.f", "debug_asip"),
     ("ethercat/ethercat.f", "ethercat_slave"),

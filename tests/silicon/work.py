@@ -239,5 +239,8 @@ PLAIN_WORK = {
     "drive_chain": Work("drive_chain", control_periods),
     "ssi_port": Work("ssi_port", tests_only("servo/test_ssi.py", only="port__line_breaks")),
     "endat_port": Work("endat_port", tests_only("servo/test_endat.py", only="port__frames")),
+    "absolute_position": Work(
+        "absolute_position", tests_only("servo/test_absolute_position.py", only="own_size")
+    ),
     "biss_port": Work("biss_port", tests_only("servo/test_biss_port.py", only=OWN_SIZE)),
 }

@@ -24,8 +24,37 @@ struct Phase {
   double off = kNever, on = kNever;
 };
 
+// The count of an encoder without lines A and B, as rtl/drive/absolute_position.sv has it, from event to event.
+struct Frames {
+  double period = 0, late = 0;                          // clocks; of a frame until it acts; 0: lines A and B
+  double next = kNever, taken = 0, before = 0, at = 0;  // next instant, of the frame, of the last one used; of `anchor`
+  double anchor = 0, rate = 0, seen = 0;                // counts, counts a clock, extrapolated count at the instant
+  int64_t word = 0, used = 0;
+  uint32_t lose = 0;
+  bool pending = false, known = false;
+
+  double count(double clock) const { return anchor + std::floor(rate * (clock - at) + 0.5); }
+
+  void instant(double clock, int64_t position) {
+    taken = clock, word = position, seen = count(clock), next = clock + period;
+    pending = !lose;
+    if (lose) --lose;
+  }
+
+  void act(double clock) {
+    if (!pending || clock < taken + late) return;
+    const double then = taken + late, moved = known ? double(word - used) : 0;
+    anchor = count(then) + (known ? double(used) : double(word)) + moved - seen, at = then;
+    if (known) rate = moved / (taken - before);
+    used = word, before = taken, known = true, pending = false;
+  }
+};
+
 struct Bench {
   servo::Parameters p;
+  Frames frames;
+  double begun = 0;                                      // clocks before this half
+  double off_square = 0, off_most = 0, off_samples = 0;  // of the counts from the position
   double inertia, load;  // kg or kg m2; constant force against positive motion
   double x = 0, v = 0, bristle = 0;
   servo::Windings windings;
@@ -153,12 +182,14 @@ struct Bench {
     bool sampled = false;
     float values[kOutputs] = {};
     while (now < kHalf) {
-      const double until = std::min({next_bit, double(kHalf), sampled ? kNever : end});
+      const double until = std::min({next_bit, double(kHalf), sampled ? kNever : end, frames.next - begun});
       solve(now, until, edge);
       now = until;
       if (now == next_bit && now < kHalf) bit(now), next_bit += kBit;
+      if (now == frames.next - begun) frames.act(begun + now), frames.instant(begun + now, whole() - start);
       if (!sampled && now >= end) run(row, values, out), sampled = true;
     }
+    begun += kHalf;
     next_bit -= kHalf;
     for (Phase& phase : phases) phase.off -= kHalf, phase.on -= kHalf;
     for (int k = 0; k < 3; ++k) {  // as pwm_bound has it
@@ -168,9 +199,18 @@ struct Bench {
     up = !up;
   }
 
+  int64_t whole() const { return std::llround(std::floor((x + v * since * kClock) / axis().resolution + 0.5)); }
+
   void run(const float* row, float* values, float* out) {
     float in[kInputs] = {};
-    count_now = std::llround(std::floor((x + v * since * kClock) / axis().resolution + 0.5)) - start;
+    if (frames.period > 0) {
+      frames.act(begun + end);
+      count_now = std::llround(frames.count(begun + end));
+    } else {
+      count_now = whole() - start;
+    }
+    const double off = double(count_now + start) - (x + v * since * kClock) / axis().resolution;
+    off_square += off * off, off_most = std::max(off_most, std::fabs(off)), off_samples += 1;
     in[0] = word(double(count_now));
     in[1] = word(sample[0]), in[2] = word(sample[1]), in[3] = kMagic;
     in[4] = word(p.U_dc / kBusScale);
@@ -200,6 +240,8 @@ void* bench_new(const servo::Parameters* p, const double* rest) {
   b->p = *p;
   b->inertia = rest[0], b->load = rest[1], b->x = rest[2];
   b->window = rest[3], b->end = rest[4], b->least = rest[5];
+  b->frames.period = rest[6], b->frames.late = rest[7];
+  if (rest[6] > 0) b->frames.next = rest[6];
   b->prepare();
   return b;
 }
@@ -233,6 +275,16 @@ int bench_halves(void* handle, const float* rows, uint32_t width, float* out, ui
   auto* b = static_cast<Bench*>(handle);
   for (uint32_t i = 0; i < n; ++i, rows += width, out += 7) b->half(rows, out);
   return b->faulted;
+}
+
+// The next frames of the encoder are bad.
+void bench_lose(void* handle, uint32_t frames) { static_cast<Bench*>(handle)->frames.lose = frames; }
+
+// Distance of the sampled counts from the position since the last call, in counts: rms and largest.
+void bench_off(void* handle, double* out) {
+  auto* b = static_cast<Bench*>(handle);
+  out[0] = std::sqrt(b->off_square / std::max(b->off_samples, 1.)), out[1] = b->off_most;
+  b->off_square = b->off_most = b->off_samples = 0;
 }
 
 // What no estimator may see: position, speed, i_d, i_q, electrical angle where the count is 0.

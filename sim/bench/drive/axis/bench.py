@@ -86,8 +86,13 @@ class Bench:
         self._lib.bench_gates.argtypes = [pointer, ctypes.c_int]
         self._lib.bench_halves.argtypes = [pointer, pointer, u32, pointer, u32]
         self._lib.bench_truth.argtypes = [pointer] * 2
+        self._lib.bench_off.argtypes = [pointer] * 2
+        self._lib.bench_lose.argtypes = [pointer, u32]
         record = _record(plant, angle)
-        rest = np.array([plant.inertia, 0.0, at, WINDOW, END, least_clocks(one)], dtype=float)
+        serial = (one.counter.get("Period", 0), one.frame_clocks)
+        rest = np.array(
+            [plant.inertia, 0.0, at, WINDOW, END, least_clocks(one), *serial], dtype=float
+        )
         self._handle = self._lib.bench_new(record.ctypes.data, rest.ctypes.data)
         self.scale = one.current_scale * one.setting().ampere_per_count
         self.zeros = np.zeros(2)  # samples without current [counts]
@@ -106,6 +111,18 @@ class Bench:
         out = np.zeros(5)
         self._lib.bench_truth(self._handle, out.ctypes.data)
         return dict(zip(("x", "v", "i_d", "i_q", "angle"), out.tolist(), strict=True))
+
+    def off(self) -> tuple[float, float]:
+        """Distance of the sampled counts from the position since the last call: rms and largest,
+        electrical [degrees]. No estimator takes it."""
+        out = np.zeros(2)
+        self._lib.bench_off(self._handle, out.ctypes.data)
+        rms, largest = np.degrees(out * self.one.resolution * self.one.motor.wave).tolist()
+        return rms, largest
+
+    def lose(self, frames: int) -> None:
+        """So many next frames of an encoder without lines A and B are bad."""
+        self._lib.bench_lose(self._handle, frames)
 
     def absolute(self) -> int:
         """The position that a host reads over the serial line with the motor at rest: single-turn

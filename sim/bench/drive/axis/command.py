@@ -14,9 +14,10 @@ from asip_asm.model.compiler import Compiled
 from asip_asm.model.program import build
 from sim.bench.drive.axis import page
 from sim.bench.drive.axis.bench import BringUpError, current_program
-from sim.bench.drive.axis.motor_file import MotorFileError, load
+from sim.bench.drive.axis.motor_file import MotorFileError, OneMotor, load
 from sim.bench.drive.axis.result import Result, bring_up
 from sim.bench.drive.axis.tuning import velocity_program
+from sim.laws.drive.clocks import CLOCK
 from sim.report.goals import as_json, missed, terminal_table, write_goals
 
 
@@ -74,7 +75,21 @@ def identified(result: Result) -> Table:
         view.add_row("encoder_offset", f"{result.found.offset:.4f}", given, "rad", note)
     for name, value in result.one.port.items():
         view.add_row(name, "", str(value), "", f"parameter of {result.one.port_name}")
+    for name, value in result.one.counter.items():
+        view.add_row(name, "", str(value), "", "parameter of absolute_position")
+    if result.one.counter:
+        frame, period = (1e6 * CLOCK * n for n in _frame(result.one))
+        view.add_row("encoder frame", f"{frame:.4g}", "", "us", "from the position to its count")
+        view.add_row("age of the position", f"{frame + period:.4g}", "", "us", "at most")
+    for name, (rms, largest) in result.serial.items():
+        degrees = f"{rms:.3g} rms, {largest:.3g} at most"
+        view.add_row(f"angle {name}", degrees, "", "degrees", "error of the extrapolated count")
     return view
+
+
+def _frame(one: OneMotor) -> tuple[int, int]:
+    """Clocks of a frame, and from one to the next."""
+    return one.frame_clocks, one.counter["Period"]
 
 
 def gains(result: Result, cycles: dict[str, int]) -> Table:

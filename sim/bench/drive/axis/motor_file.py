@@ -73,6 +73,7 @@ ENCODERS = {
 }
 ABSOLUTE = (BISS, SSI, ENDAT)
 LINES = {
+    BISS: SerialLine("biss_port", 2.1e6, 1e7, 1e7, 64),
     SSI: SerialLine("ssi_port", 4e5, 2e6, 1e6, 64),
     ENDAT: SerialLine("endat_port", 5e5, 8e6, 2e6, 48),
 }
@@ -80,6 +81,15 @@ MOST_CLOCKS = 254  # of a bit
 # EnDat: longer first low phase of clocks above 1 MHz, longest recovery time, bit that measures the
 # delay of the line [s].
 ENDAT_START, ENDAT_RECOVERY, ENDAT_MEASURE = 2e-6, 30e-6, 4e-6
+# Without lines A and B: time from the request to the answer, and after the last bit of a frame to
+# the next request, without `encoder_frame` [s]. SSI has the monoflop time within its frame.
+ANSWER = {BISS: 5e-6, SSI: 0.0, ENDAT: 5e-6}
+REST = {BISS: 20e-6, SSI: 1e-6, ENDAT: ENDAT_RECOVERY + 1e-6}
+SSI_MONOFLOP = 25e-6
+SERIAL_LINE = ("encoder_bits", "encoder_clock")
+ACTS = 6  # clocks of `absolute_position`
+ALLOWED_PERIODS = 4  # without a good frame
+JUMP_MARGIN = 2.0  # of the greatest acceleration
 ROTARY, LINEAR = "rotary", "linear"
 KEYS = {
     "R": Key("ohm", 0.01, 100.0, "resistance of a phase: half of that between two terminals"),
@@ -105,9 +115,14 @@ KEYS = {
     "encoder_offset": Key(
         "rad", -7.0, 7.0, "electrical angle at position 0", needed=False, encoders=ABSOLUTE
     ),
-    "encoder_bits": Key("1", 1, 64, "bits of the position on the line", encoders=tuple(LINES)),
+    "encoder_bits": Key("1", 1, 64, "bits of the position on the line", encoders=(SSI, ENDAT)),
     "encoder_clock": Key(
-        "Hz", 4e5, 8e6, "clock of the serial line", needed=False, encoders=tuple(LINES)
+        "Hz", 4e5, 1e7, "clock of the serial line", needed=False, encoders=(SSI, ENDAT)
+    ),
+    "encoder_frame": Key(
+        *("s", 2e-6, 1e-3, "from a frame to the next, without lines A and B"),
+        needed=False,
+        encoders=ABSOLUTE,
     ),
     "current_bandwidth": Key("Hz", 500.0, MOST_CURRENT_BANDWIDTH, "-3 dB of the current loop"),
     "velocity_bandwidth": Key("Hz", 2.0, MOST_VELOCITY_BANDWIDTH, "-3 dB of the velocity loop"),
@@ -120,6 +135,7 @@ KEYS = {
 TEXTS = ("type", "encoder")
 # true or false, and the encoders that have it
 FLAGS = {
+    "encoder_lines": ABSOLUTE,
     "encoder_gray": (SSI,),
     "encoder_alarm": (SSI,),
     "encoder_repeat": (SSI,),
@@ -138,7 +154,8 @@ class OneMotor:
     infinite of a rotary motor; bandwidths: of the current and velocity loops [Hz]. encoder: of
     `ENCODERS`; absolute: travel of a position over its serial line; encoder_offset: electrical
     angle where that position is 0 [rad], None: the start-up finds it; port: parameters of the port
-    of `LINES`, empty of other encoders.
+    of `LINES`, empty of other encoders; counter: those of `absolute_position`, empty with lines A
+    and B; frame_clocks: from the encoder's instant until the count has its position.
     """
 
     kind: str
@@ -161,6 +178,8 @@ class OneMotor:
     absolute: float = 0.0
     encoder_offset: float | None = None
     port: Mapping[str, int] = field(default_factory=dict)
+    counter: Mapping[str, int] = field(default_factory=dict)
+    frame_clocks: int = 0
 
     @property
     def motors(self) -> tuple[Motor, ...]:
@@ -169,7 +188,7 @@ class OneMotor:
     @property
     def port_name(self) -> str:
         """Module that reads the serial line with the parameters `port`; empty without them."""
-        return LINES[self.encoder].port if self.encoder in LINES else ""
+        return LINES[self.encoder].port if self.port else ""
 
     @property
     def units(self) -> tuple[str, str, str]:
@@ -222,11 +241,18 @@ def _checked(content: Mapping[str, Any]) -> dict[str, Any]:
     encoders: dict[str, tuple[str, ...]] = {**FLAGS}
     encoders |= {name: having for name, (having, _) in CHOICES.items()}
     encoders |= {name: key.encoders for name, key in KEYS.items() if key.encoders}
+    alone = content.get("encoder_lines") is False  # without lines A and B
+    if alone:
+        for name in SERIAL_LINE:
+            known[name] = replace(known[name], encoders=ABSOLUTE)
+            encoders[name] = ABSOLUTE
+    elif "encoder_frame" in content:
+        raise _Wrong("encoder_frame", ": with encoder_lines = false alone; add that, or remove it")
     for name, having in encoders.items():
         if name in content and encoder not in having:
             ones = " or ".join(f'"{one}"' for one in having)
             raise _Wrong(name, f": of an absolute encoder; write encoder = {ones}, or remove it")
-    if line := LINES.get(encoder):
+    if line := LINES.get(encoder) if alone or encoder != BISS else None:
         known["encoder_bits"] = replace(known["encoder_bits"], high=line.bits)
         known["encoder_clock"] = replace(
             known["encoder_clock"], low=line.slowest, high=line.fastest
@@ -314,6 +340,8 @@ def _made(values: Mapping[str, Any]) -> OneMotor:
         encoder_offset=values.get("encoder_offset"),
         port=_port(values),
     )
+    if values.get("encoder_lines") is False:
+        one = _alone(one, values)
     for name, wrong, text in _possible(one, values):
         if wrong:
             raise _Wrong(name, f" = {values.get(name, 0.0):g}{text}")
@@ -323,11 +351,13 @@ def _made(values: Mapping[str, Any]) -> OneMotor:
 def _port(values: Mapping[str, Any]) -> dict[str, int]:
     """Parameters of the port: its clock is the fastest that does not exceed the file's."""
     encoder = values.get("encoder", INCREMENTAL)
-    if encoder not in LINES:
+    if encoder not in LINES or "encoder_bits" not in values:
         return {}
     clock = values.get("encoder_clock", LINES[encoder].clock)
     width, per_bit = int(values["encoder_bits"]), _even_clocks(1 / clock)
     port = {"Width": width, "ClocksPerBit": per_bit}
+    if encoder == BISS:
+        return port
     if encoder == SSI:
         flags = {"Gray": "encoder_gray", "Alarm": "encoder_alarm", "Repeat": "encoder_repeat"}
         port |= {name: int(values.get(key, False)) for name, key in flags.items()}
@@ -338,6 +368,66 @@ def _port(values: Mapping[str, Any]) -> dict[str, int]:
         "RecoveryClocks": _even_clocks(ENDAT_RECOVERY),
         "MeasureClocks": min(_even_clocks(ENDAT_MEASURE), (width + 5) * per_bit),
     }
+
+
+def _alone(one: OneMotor, values: Mapping[str, Any]) -> OneMotor:
+    """With the count of `absolute_position`. Raises _Wrong."""
+    linear, encoder, port = one.kind == LINEAR, one.encoder, one.port
+    ratio = one.resolution / one.absolute
+    drop = round(math.log2(ratio)) if ratio >= 0.75 else -1
+    if drop < 0 or abs(ratio / 2**drop - 1) > 1e-9 or drop > port["Width"] - 2:
+        raise _Wrong(
+            "encoder_counts",
+            f" = {values['encoder_counts']:g}: without lines A and B they are those of the "
+            "position divided by 1, 2, 4, ...; correct them or absolute_counts",
+        )
+    counts = round(2 * math.pi / one.resolution)
+    turn_bits = math.ceil(math.log2(counts) - 1e-9) + drop
+    modulus = 0 if linear or counts == 1 << (turn_bits - drop) else counts
+    if modulus and port["Width"] != turn_bits:
+        raise _Wrong(
+            "encoder_bits",
+            f" = {port['Width']}: a position of several turns needs a power of two in a turn; "
+            f"{turn_bits} bits for one turn",
+        )
+    bit = port["ClocksPerBit"]
+    if encoder == BISS:
+        frame = (port["Width"] + 12) * bit
+    elif encoder == SSI:
+        bits = port["Width"] + port["Alarm"] + (port["Parity"] > 0) + 2
+        frame = bits * (1 + port["Repeat"]) * bit + _even_clocks(SSI_MONOFLOP)
+    else:
+        frame = port["StartClocks"] + (port["Width"] + 18 + port["Endat22"]) * bit
+    frame += _even_clocks(ANSWER[encoder])
+    given = values.get("encoder_frame", 0.0)
+    period = math.ceil(given / CLOCK - 1e-6) if given else frame + _even_clocks(REST[encoder])
+    if period <= frame + ACTS:
+        raise _Wrong(
+            "encoder_frame",
+            f" = {given:g} s: a frame takes {(frame + ACTS) * CLOCK:.3g} s; a longer one, or a "
+            "faster encoder_clock",
+        )
+    motor = one.motor
+    speed = FASTEST / (motor.wave * one.resolution) * CLOCK
+    if speed > 1:
+        raise _Wrong(
+            "encoder_counts",
+            f" = {values['encoder_counts']:g}: {speed:.3g} counts a clock at {FASTEST:g} rad/s "
+            "electrical, without lines A and B at most 1; divide them by a power of two",
+        )
+    push = JUMP_MARGIN * OVERCURRENT * motor.force_per_ampere * motor.i_max / one.inertia
+    jump = push / one.resolution * CLOCK**2 * period * (period + frame + ACTS)
+    slow = port.get("MeasureClocks", 0) * (port["Width"] + 19)
+    counter = {
+        "Width": port["Width"],
+        "Drop": drop,
+        "Modulus": modulus,
+        "Period": period,
+        "Instant": bit // 2 + 1 if encoder == BISS else 1,
+        "MostJump": math.ceil(jump) + 3,
+        "Periods": ALLOWED_PERIODS + math.ceil(slow / period),
+    }
+    return replace(one, counter=counter, frame_clocks=frame + ACTS)
 
 
 def _even_clocks(time: float) -> int:

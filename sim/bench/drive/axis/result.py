@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -18,12 +18,14 @@ from sim.bench.drive.axis.tuning import (
     Gains,
     close,
     current_response,
+    frames_lost,
     gains_of,
     go,
     speed_step,
     velocity_response,
 )
 from sim.bench.drive.response import Response
+from sim.laws.drive.clocks import CLOCK
 from sim.report.goals import Goal, at_least, at_most
 
 Report = Callable[[str], None]
@@ -33,13 +35,15 @@ BY_ENCODER = "by the encoder"
 MOST_ANGLE = {"without motion": 5.0, "with motion": 2.0, BY_ENCODER: 2.0}  # degrees, electrical
 RESTS = 1.37  # electrical turns from position 0, where a motor with an absolute encoder begins
 MOST_FOLLOWING = 5.0  # degrees, electrical: at the end of the move
+MOST_SERIAL = 2.0  # degrees, electrical: of the angle without lines A and B, as MOST_ANGLE
 
 
 @dataclass(frozen=True)
 class Result:
     """found, tuned: what was identified, and the gains of it; angles: errors of both alignments
     [rad]; current, velocity: closed loops; move: record and wanted counts; step: actual and ordered
-    speed, rise [s], overshoot."""
+    speed, rise [s], overshoot; serial: of an encoder without lines A and B, by name the rms and
+    largest error of the angle, electrical [degrees]."""
 
     one: OneMotor
     found: Found
@@ -50,6 +54,7 @@ class Result:
     move: tuple[Record, NDArray[np.float64]]
     step: tuple[NDArray[np.float64], NDArray[np.float64], float, float]
     simulated: float
+    serial: dict[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def compared(self) -> dict[str, tuple[float, float, str]]:
@@ -101,6 +106,9 @@ class Result:
         yield at_least("velocity loop, phase margin", margin, LEAST_MARGIN, "degrees")
         name = "position after the move, electrical"
         yield at_most(name, self.stays_away, MOST_FOLLOWING, "degrees")
+        for name, (_, largest) in self.serial.items():
+            name = f"angle from the serial line, largest error {name}"
+            yield at_most(name, largest, MOST_SERIAL, "degrees")
 
     def as_json(self) -> dict[str, Any]:
         """What the results file has besides the goals."""
@@ -124,6 +132,12 @@ class Result:
             "angle_rad": {self.angle_by: found.angle, "without motion": found.still},
             "encoder_offset_rad": found.offset,
             "encoder_port": dict(self.one.port),
+            "encoder_counter": dict(self.one.counter),
+            "encoder_delay_s": self.one.frame_clocks * CLOCK,
+            "encoder_error_degrees": {
+                name: {"rms": rms, "largest": largest}
+                for name, (rms, largest) in self.serial.items()
+            },
             "moved_without_motion_degrees": float(np.degrees(found.moved)),
             "gains": {
                 "current": {"K_p_d": tuned.k_d, "K_p_q": tuned.k_q, "K_i": tuned.k_i},
@@ -157,6 +171,7 @@ def bring_up(
     report("current loop by injection")
     current = current_response(bench, found, tuned)
     close(bench, found, tuned)
+    bench.off()
     report("a move, a step of the speed, velocity loop by injection")
     now = float(bench.run(np.zeros((1, 5))).counts[0])
     end = (
@@ -168,5 +183,11 @@ def bring_up(
     step = speed_step(bench, found, tuned)
     now = float(bench.run(np.zeros((1, 5))).counts[0])
     velocity = velocity_response(bench, found, tuned, now)
+    serial = {}
+    if one.counter:
+        serial["in all motions"] = bench.off()
+        serial["after a lost frame"] = frames_lost(bench, found, tuned, 1)
+        allowed = one.counter["Periods"] - 1
+        serial[f"after {allowed} lost frames"] = frames_lost(bench, found, tuned, allowed)
     simulated = bench.halves_run * one.setting().period
-    return Result(one, found, tuned, angles, current, velocity, move, step, simulated)
+    return Result(one, found, tuned, angles, current, velocity, move, step, simulated, serial)

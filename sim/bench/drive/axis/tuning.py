@@ -214,6 +214,29 @@ def velocity_response(bench: Bench, found: Found, tuned: Gains, now: float) -> R
     return replace(whole, margin=analyse(w / (2 * np.pi), closed * back).margin)
 
 
+def frames_lost(bench: Bench, found: Found, tuned: Gains, frames: int) -> tuple[float, float]:
+    """Error of the angle in a step of the ordered speed, in whose begin so many frames are lost:
+    rms and largest, electrical [degrees]; both loops closed."""
+    one = bench.one
+    speed, acceleration = limits(one, found)
+    step = min(0.3 * speed, 0.5 * acceleration / tuned.velocity.crossover)
+    rest, n = 20 * MILLISECOND, round(0.5 / one.velocity_bandwidth / LOOP_PERIOD)
+    step = min(step, 0.3 * room(one) * one.resolution / (2 * n * LOOP_PERIOD))
+    rows = np.zeros((rest, 5))
+    bench.run(rows)
+    rows = np.zeros((n, 5))
+    rows[:, 1] = step
+    # The force comes with the first run of the velocity loop.
+    bench.run(rows[: 2 * EVERY])
+    bench.lose(frames)
+    bench.off()
+    bench.run(rows)
+    found_off = bench.off()
+    rows[:, 1] *= np.linspace(1, 0, n)
+    bench.run(rows)
+    return found_off
+
+
 def speed_step(
     bench: Bench, found: Found, tuned: Gains
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float, float]:

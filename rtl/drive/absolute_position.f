@@ -1,0 +1,1 @@
+rtl/drive/absolute_position.sv
