@@ -11,6 +11,8 @@
 #define RISING 0x10u
 #define FALLING 0x20u
 #define RESERVED 0xC0u
+#define FIRST 0xFFu /* the bits of probe 1; those of probe 2 from SECOND on */
+#define SECOND 8
 #define STORED 0x02u /* shifted by the edge */
 
 static struct {
@@ -74,9 +76,10 @@ static uint16_t one(const struct probe *probe, struct axis_objects *o, const str
 
 void probe_cycle(struct probe *probe, struct axis_objects *o, const struct axis_feedback *feedback, int32_t before,
                  int32_t home) {
-  uint16_t status = o->probe_status;
-  o->probe_status = one(probe, o, feedback, 0, status & 0xFFu, before, home) |
-                    (uint16_t)(one(probe, o, feedback, 1, status >> 8, before, home) << 8);
+  uint16_t was = o->probe_status;
+  uint16_t first = one(probe, o, feedback, 0, was & FIRST, before, home);
+  uint16_t second = one(probe, o, feedback, 1, was >> SECOND, before, home);
+  o->probe_status = (uint16_t)(first | second << SECOND);
   probe->function = o->probe_function;
   probe->index_count = feedback->index_count;
 }

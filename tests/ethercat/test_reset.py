@@ -13,7 +13,7 @@ from sim.bus.line import SETTLE_NS, Line
 
 SEQUENCE = b"RES"
 HOLD_NS = 163_840
-START_NS = 1_000_000  # until the program of the device has started
+START_NS = 2_000_000  # until the program of the device has started
 STATION = 0x1234
 COUNT = single(BRD, 0, 0, bytes(1))
 
