@@ -18,7 +18,6 @@
 #define MAILBOX 2
 #define READS 0 /* direction: what the master does */
 #define WRITES 1
-#define SYNC0 2 /* in 1C32:01 */
 
 static uint8_t state;
 static uint16_t code;

@@ -8,6 +8,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#define SYNC0 2 /* in 1C32:01 */
 #define AL_INIT 1
 #define AL_PREOP 2
 #define AL_BOOT 3

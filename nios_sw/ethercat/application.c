@@ -25,7 +25,6 @@
 #define ERROR_PROFILE 0x20u
 #define IO_SHIFT 16 /* of the inputs and outputs 1 to 8 in 60FD and 60FE */
 #define FREE_RUN 0 /* in 1C32:01 */
-#define SYNC0 2
 
 static uint32_t cycles, since_outputs, since_sync0; /* of CYCLE_US */
 static uint64_t missed_after;          /* us since the outputs, when the next cycle of the master is missed */

@@ -54,14 +54,11 @@ static uint8_t *put(uint8_t *to, uint32_t value, int bytes) {
   return to;
 }
 
-/* The system time of the distributed clocks [ns], local time if they are not set up. */
+/* The system time of the distributed clocks [ns], local time if they are not set up. All of it is that of its first
+ * byte's read. */
 static uint8_t *put_time(uint8_t *to) {
-  uint32_t high, low;
-  do {
-    high = esc_read32(ESC_SYSTEM_TIME + 4u);
-    low = esc_read32(ESC_SYSTEM_TIME);
-  } while (high != esc_read32(ESC_SYSTEM_TIME + 4u));
-  return put(put(to, low, 4), high, 4);
+  esc_read(ESC_SYSTEM_TIME, to, 8);
+  return to + 8;
 }
 
 static void enter(uint16_t text, uint16_t code, uint8_t place) {

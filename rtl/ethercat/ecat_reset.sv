@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // ecat_reset: reset of controller and application that the master asks for: R, E, S in ESC_RESET, a byte a frame.
-// Contract: a frame counts by the last byte that it writes, from done_i on; any other byte begins anew. Hold clocks after
+// Contract: a frame counts by the last byte that it writes, from done_i on; any other byte restarts the sequence. Hold clocks after
 // the third frame, so that it has left and come back, reset_no is low for Length clocks, and rst_n is that or rst_ni,
 // straight from a register. live_* as in ecat_control: how many bytes were right.
 module ecat_reset #(

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // ethercat_nios: the device on the bus: the slave controller with the Nios II system FPGA2 as its application.
 // Contract: the controller is at EscBase of the core's address space (nios_sw/ethercat/esc_nios.h), irq_o of it is not
-// used. A reset that the master asks for (ESC_RESET) resets the core too: reset_no is low then, and the program starts
-// anew with its data memory as it is. Ports host_*, run_i, tick_i and pending_o are those of n2_system, all MII ports those of ethercat_slave.
+// used. A reset that the master asks for (ESC_RESET) resets the core too: reset_no is low then, and the program
+// restarts with its data memory unchanged. Ports host_*, run_i, tick_i and pending_o are those of n2_system, all MII ports those of ethercat_slave.
 // due_o asks for a control tick each Period clocks, with SYNC0 if that is on (ecat_tick): the machine then writes the inputs and
 // gives tick_i.
 module ethercat_nios #(

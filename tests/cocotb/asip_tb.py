@@ -471,9 +471,9 @@ async def host__bundle_beyond_the_program__changes_nothing(dut):
     room = REGMAP.blocks["program"].words
     bundles = default_isa().program_bundles
     assert room > 4 * bundles
-    for place in range(4 * bundles, room, bundles // 2):
-        for word_ in range(len(core.image.sources[0])):
-            await core.write(BLOCK["program"] + place + 4 + word_, 0)
+    for bundle in range(bundles, room // 4, 32):
+        await core.write(BLOCK["program"] + 4 * bundle, 0)
+        await core.write(BLOCK["program"] + 4 * bundle + 1, 0)
     assert (await core.tick(**LEG_TICK)).outputs == LEG_OUTPUTS
 
 

@@ -90,7 +90,7 @@ def test_time__is_whole_while_edges_come(line: Line):
     write(line, 0, esc_regmap.TIME_OFFSET, (1 << 32) - line.time() - 50_000)
     edge(line, 1)
     first = line.read(low, width=4)
-    line.run(100_000)  # the low half of the system time has begun anew
+    line.run(100_000)  # the low half of the system time has wrapped
     edge(line, 0), edge(line, 1)
     assert read(line, 0, TIMES[0][0]) >> 32 == 1
     assert first > 1 << 31 and line.read(low + 4, width=4) == 0
