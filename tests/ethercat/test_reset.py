@@ -10,10 +10,10 @@ from sim.bus.datagram import APWR, BRD, answer, datagram, frame, single
 from sim.bus.device import CLOCK_NS, CYCLE_CLOCKS, DeviceRtl
 from sim.bus.gen import esc_regmap
 from sim.bus.line import SETTLE_NS, Line
+from sim.bus.session import START_NS
 
 SEQUENCE = b"RES"
 HOLD_NS = 163_840
-START_NS = 2_000_000  # until the program of the device has started
 STATION = 0x1234
 COUNT = single(BRD, 0, 0, bytes(1))
 

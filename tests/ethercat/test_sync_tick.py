@@ -10,13 +10,13 @@ from sim.bus.datagram import APWR, single
 from sim.bus.device import BEFORE, CLOCK_NS, CYCLE_CLOCKS, DeviceRtl
 from sim.bus.gen import esc_regmap
 from sim.bus.register import ByteRegister
+from sim.bus.session import START_NS
 
 SYNC_NS = 500_000
 TICK_NS = CYCLE_CLOCKS * CLOCK_NS
 TICKS = SYNC_NS // TICK_NS  # from SYNC0 to SYNC0
 SHARE_NS = 100_000  # from one system time of the master to the next
 SETTLED, COUNTED = 40, 20  # SYNC0 until the ticks count, and that count
-START_NS = 1_000_000  # until the program has started
 APART = 600  # clocks from SYNC0 to the nearest tick at the beginning
 NEAR = 1  # clocks, besides what the clocks drift
 

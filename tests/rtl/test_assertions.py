@@ -40,7 +40,6 @@ BOUND = ROOT / "rtl/motion/line_interpolator.sv"
 WITHOUT = {
     "asip_regbank",  # rules of its reads and writes: asip_operands, asip_issue
     *("fp_sincos_memory", "fp_sincos_result"),  # rules: fp_sincos, fp_sincos_overlapped
-    "drive_axis",  # a register of the position: rules of absolute_position
     *("asip_de3", "asip_ecp5"),  # reset and lights
 }
 CASES = [(checker, label) for checker, rows in TABLE.items() for label in rows if label != "idle"]
