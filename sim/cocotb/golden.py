@@ -216,7 +216,7 @@ def sine_error(a: Bits, got: Bits, cosine: bool = False) -> NDArray[np.float64]:
 
 
 def sine_flags(a: Bits, cosine: bool = False) -> NDArray[np.uint8]:
-    """Flags of the sine unit within its range: inexact unless the angle is 0; a tiny sine underflows."""
+    """Flags of the sine unit within its range: exact at 0 alone; a tiny sine underflows."""
     x = double(a)
     return flags(nx=x != 0, uf=(x != 0) & tiny(np.sin(x)) & (not cosine))
 
