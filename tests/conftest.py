@@ -7,6 +7,7 @@ import os
 # linear algebra spin while they wait, which takes more of a processor than the small matrices.
 os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = "1"
 
+import fnmatch
 import re
 import shutil
 import signal
@@ -67,6 +68,30 @@ def pytest_configure(config: pytest.Config) -> None:
             tempfile.TemporaryFile(dir=BUILD).close()
         except OSError as error:
             raise pytest.UsageError(cause_of(error)) from error
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Of a test marked `quick`, the cases that match no pattern are marked `full`.
+
+    A pattern that matches no case is an error, unless single tests were asked for.
+    """
+    unused: dict[tuple[str, str], bool] = {}
+    for item in items:
+        mark = item.get_closest_marker("quick")
+        if mark is None:
+            continue
+        test = item.nodeid.split("[")[0]
+        case = item.callspec.id if isinstance(item, pytest.Function) else ""
+        matched = [fnmatch.fnmatchcase(case, pattern) for pattern in mark.args]
+        for pattern, found in zip(mark.args, matched, strict=True):
+            unused[test, pattern] = unused.get((test, pattern), True) and not found
+        if not any(matched):
+            item.add_marker(pytest.mark.full)
+    if not any("::" in str(given) for given in config.args):
+        for (test, pattern), missing in unused.items():
+            if missing:
+                raise pytest.UsageError(f"{test}: quick({pattern!r}) matches no case of this test")
 
 
 @pytest.hookimpl(tryfirst=True)

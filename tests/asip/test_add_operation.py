@@ -108,6 +108,7 @@ def test_program__of_the_page__assembles_and_runs(copy: Path) -> None:
     assert "-2.5" in run(copy, "-m", "sim.debug.asip_run", *options)
 
 
+@pytest.mark.full
 def test_operation__on_the_rtl__is_that_of_the_model(copy: Path) -> None:
     assert json.loads(run(copy, "-c", RUN)) == [{"iss": True, "rtl": True}, [False, False], 81]
 

@@ -43,6 +43,7 @@ def plan(image) -> dict:
     return {"load": list(load_words(image)), "ticks": ticks, "data": BLOCK["data"]}
 
 
+@pytest.mark.quick("fast")
 def test_axil__every_scenario(configuration):
     shape = default_isa().configurations[configuration]
     folder = ROOT / "build/axil" / configuration

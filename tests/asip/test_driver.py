@@ -115,6 +115,7 @@ def words(line: str) -> list[str]:
     return re.findall(r"0x([0-9a-f]{8})", line)
 
 
+@pytest.mark.quick("fast")
 def test_demo__several_ticks__words_of_the_model(demo):
     program, image = demo
     rng = np.random.default_rng(20)
@@ -147,6 +148,7 @@ def test_driver__off_the_good_run(name, checks):
     assert execute(checks, name) == (0, [])
 
 
+@pytest.mark.full
 def test_driver__plausibility_record__staged_judged_and_ended(tmp_path):
     assert execute(build_checks(tmp_path, "fast", resilience=1), "plausible") == (0, [])
 

@@ -173,6 +173,7 @@ def test_reset_inside_a_loop__the_next_run_is_as_ever():
         assert bench.run(image).bundle_order == whole.bundle_order
 
 
+@pytest.mark.full
 def test_halted_inside_loops__program_written__goes_on_as_if_nothing_had_been():
     # Words of program memory are written as they are, at random bundles: fetch begins again.
     print(f"SEED={SEED}")

@@ -81,6 +81,7 @@ def implausible(word: int, before: int | None, least: float, most: float, slew: 
     return abs(whole[0] - whole[1]) > math.floor(Fraction(slew) / unit)
 
 
+@pytest.mark.full
 def test_record__from_reset__judges_nothing():
     tb = Tb()
     assert [tb.tick(v) for v in (1.0, -3e38, 3e38, 0.0)] == 4 * ["NONE"]

@@ -67,6 +67,7 @@ def check(
     return compared, overwritten
 
 
+@pytest.mark.quick("0-fast-True", "*-small-False")
 @pytest.mark.parametrize("optimise", [True, False])
 @pytest.mark.parametrize("configuration", ["fast", "small"])
 @pytest.mark.parametrize("seed", range(2))

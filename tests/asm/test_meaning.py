@@ -174,6 +174,7 @@ SETTINGS = settings(
 )
 
 
+@pytest.mark.quick("O-fast")
 @pytest.mark.parametrize("configuration", ["fast", "small"])
 @pytest.mark.parametrize("optimise", [False, True], ids=["O0", "O"])
 @SETTINGS

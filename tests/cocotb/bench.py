@@ -79,8 +79,11 @@ def _simulate(name: str, run: Run) -> dict[str, str]:
     return outcomes(run.start(simulation))
 
 
-def one_test_each(runs: Mapping[str, Run]) -> Callable[..., None]:
-    """A parametrised pytest function with one case for each test of each run."""
+def one_test_each(runs: Mapping[str, Run], quick: Sequence[str] = ("*",)) -> Callable[..., None]:
+    """A parametrised pytest function with one case for each test of each run.
+
+    `make test` runs the cases that match a pattern of `quick`.
+    """
     cases = []
     for name, run in runs.items():
         marks = [needs("iverilog", "yosys")] if run.sim == "icarus" else []
@@ -88,6 +91,7 @@ def one_test_each(runs: Mapping[str, Run]) -> Callable[..., None]:
             pytest.param(name, test, id=f"{name}-{test}", marks=marks) for test in run.names()
         ]
 
+    @pytest.mark.quick(*quick)
     @pytest.mark.parametrize(("run", "test"), cases)
     def test_scenario(run: str, test: str) -> None:
         found = simulated(run, runs[run])

@@ -17,5 +17,6 @@ RUNS = {name: Run("asip", asip_tb, "", shape) for name, shape in SHAPES.items()}
 RUNS |= {f"{name}-states": Run("asip", states_tb, "", shape) for name, shape in SHAPES.items()}
 
 test_scenario = one_test_each(
-    RUNS | {"icarus": Run("asip", asip_tb, IN_ICARUS, SHAPES["fast"], "icarus")}
+    RUNS | {"icarus": Run("asip", asip_tb, IN_ICARUS, SHAPES["fast"], "icarus")},
+    quick=("fast-*", "icarus-*"),
 )

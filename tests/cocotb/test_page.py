@@ -68,6 +68,7 @@ def test_page__test_of_a_tick__is_short():
     assert len(block.text.strip().splitlines()) <= 30
 
 
+@pytest.mark.quick("verilator")
 @pytest.mark.parametrize("sim", SIMULATORS)
 def test_page__with_pytest(folder, environment, commands, sim):
     command = [commands / "python", "-m", "pytest", "-q", "test_sum.py", "-k", sim]
@@ -84,6 +85,7 @@ def test_page__without_pytest(block, folder, environment, commands):
     assert ": ''}" in said
 
 
+@pytest.mark.quick("icarus")
 @pytest.mark.parametrize("sim", SIMULATORS)
 def test_page__with_its_makefile(folder, environment, sim):
     output("make", f"SIM={sim}", cwd=folder, env=environment, timeout=600)
@@ -94,6 +96,7 @@ def test_blocks__every_section_has_a_test():
     assert len(set(KINDS)) == len(SECTIONS) == 8
 
 
+@pytest.mark.quick("test_multiply.py", "test_frame.py")
 @pytest.mark.parametrize("name", KINDS)
 def test_blocks__test_of_a_kind_of_block(name, tmp_path, environment, commands):
     write_files(PAGE, tmp_path)

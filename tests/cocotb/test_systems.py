@@ -6,5 +6,6 @@ from tests.cocotb.bench import Run, one_test_each
 
 test_scenario = one_test_each(
     {f"n2_system-{n}": Run("n2_system", nios_tb, f"^fpga{n}__", {"Platform": n}) for n in (1, 2)}
-    | {"motion": Run("motion_front_end", motion_tb), "drive": Run("drive_front_end", drive_tb)}
+    | {"motion": Run("motion_front_end", motion_tb), "drive": Run("drive_front_end", drive_tb)},
+    quick=("n2_system-2-*", "motion-*", "drive-*"),
 )

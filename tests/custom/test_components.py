@@ -118,6 +118,7 @@ def expect_equal(name: str, device: str, got, want, *columns: np.ndarray) -> Non
     )
 
 
+@pytest.mark.quick("fpga2.f[aimps]*", "fpga2.fs*")
 @pytest.mark.parametrize("name", REFERENCE)
 def test_components__every_instruction__matches_reference_in_its_cycles(bench, name):
     platform, short = name.split(".")

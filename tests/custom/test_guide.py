@@ -57,6 +57,7 @@ def test_guide__generated_files__have_the_new_instruction(copy):
     assert "opcodeExtensionLockedValue 0x00" in script and "COMBINATORIAL" in script
 
 
+@pytest.mark.full
 def test_guide__hardware__lint_and_a_run_through_the_interconnect(copy):
     source = copy / "try_bswap.sv"
     source.write_text(

@@ -265,6 +265,7 @@ def uart_stream(
     return [row[:channels] for row in rows], got, lost
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     ("ticks", "line"), [(60, FAST_LINE), pytest.param(3000, (10_000, 33), marks=pytest.mark.full)]
 )

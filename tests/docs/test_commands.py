@@ -97,6 +97,16 @@ def test_lists__hold_something_and_no_reason_is_left_over():
         assert any(text.startswith(start) for text in texts), f"'{start}' is in no block any more"
 
 
+@pytest.mark.quick(
+    "README.md*",
+    "fast_programs.md*",
+    "gcode.md*",
+    "integration.md*",
+    "motion.md*",
+    "nios_systems.md*",
+    "robot_parameters.md*",
+    "units.md*",
+)
 @pytest.mark.parametrize("command", RUN, ids=str)
 def test_command_of_a_block__runs(command, checkout):
     output("sh", "-ec", command.text, cwd=checkout, env=environment(), timeout=600)

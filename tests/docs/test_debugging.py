@@ -36,6 +36,7 @@ def layout(path: Path, ending: str) -> str:
     return path.with_suffix(ending).read_text()
 
 
+@pytest.mark.quick("bench")
 @needs("fst")
 @pytest.mark.parametrize("test", [ALONE, COCOTB, BENCH], ids=["harness", "cocotb", "bench"])
 def test_waves__of_one_test__are_named_and_hold_its_time(test, tmp_path):

@@ -58,6 +58,7 @@ def output_of(printed, command: str) -> tuple[str, str | None]:
     return found
 
 
+@pytest.mark.quick("python fault.py")
 @pytest.mark.parametrize("command", ["python axis.py", "python batch.py", "python fault.py"])
 def test_python_block__prints_what_the_page_shows(printed, command):
     said, shown = output_of(printed, command)

@@ -86,6 +86,7 @@ def test_rotary__friction_within_a_hundredth_of_the_rated_torque(rotary):
     assert rotary.found.viscous == pytest.approx(one.friction.viscous, rel=0.3)
 
 
+@pytest.mark.full
 def test_linear__every_goal_is_met_within_the_travel(tmp_path):
     one = load(changed(tmp_path, **LINEAR))
     result = bring_up(one, angle=1.3)
@@ -94,6 +95,7 @@ def test_linear__every_goal_is_met_within_the_travel(tmp_path):
         assert np.abs(record.counts).max() * one.resolution < one.travel / 2
 
 
+@pytest.mark.full
 def test_identification__follows_the_plant_not_the_file():
     """The file is wrong in all that is identified: a motor of other values is connected."""
     one = load(FILE)
@@ -107,6 +109,7 @@ def test_identification__follows_the_plant_not_the_file():
     assert found.inertia == pytest.approx(1.1e-4, rel=0.1)
 
 
+@pytest.mark.full
 def test_alignment__wrong_pole_pairs_stop_it():
     one = load(FILE)
     wired = replace(one, motor=replace(one.motor, pole=one.motor.pole * 4 / 5))
@@ -252,6 +255,7 @@ def test_command__writes_results_page_and_programs(tmp_path, capsys):
 BISS = {"encoder": '"biss"', "absolute_counts": "262144"}
 
 
+@pytest.mark.full
 def test_absolute_encoder__the_start_up_finds_the_offset_and_the_offset_replaces_the_drag(
     tmp_path, monkeypatch
 ):
@@ -316,6 +320,7 @@ def test_absolute_encoder__the_port_builds_with_its_parameters(tmp_path, keys):
     assert fields["bit_clocks"].of(found) == one.port["ClocksPerBit"]
 
 
+@pytest.mark.quick("endat")
 @pytest.mark.parametrize("keys", [SSI, ENDAT], ids=["ssi", "endat"])
 def test_absolute_encoder__over_a_serial_line_gives_the_offset(tmp_path, keys):
     one = load(changed(tmp_path, **keys, encoder_offset="0.9"))
@@ -323,6 +328,7 @@ def test_absolute_encoder__over_a_serial_line_gives_the_offset(tmp_path, keys):
     assert found.offset == pytest.approx(0.9, abs=math.radians(0.1))
 
 
+@pytest.mark.quick("endat")
 @pytest.mark.parametrize(
     "keys",
     [
@@ -497,6 +503,7 @@ def test_program__bits_on_the_core_are_those_of_the_bench(name, rotary, tmp_path
     assert proof.passed, proof
 
 
+@pytest.mark.quick("2")
 @pytest.mark.parametrize("number", [2, 19])
 def test_random_motors__every_goal_of_the_campaign_is_met(number, tmp_path):
     """A slow one at 560 V, a fast one at 48 V with much friction, which must not end its move."""

@@ -58,6 +58,7 @@ def test_stretches__ends_and_changes_are_merged_and_stay_inside(changes, ticks, 
 # ---------------------------------------------------------------------- loop
 
 
+@pytest.mark.full
 def test_loop__is_the_closed_loop_of_make_run(trajectory):
     loop = new_loop(trajectory)
     loop.advance(TICKS)

@@ -64,6 +64,7 @@ def made(controller: TwoProcessors, ticks: int) -> np.ndarray:
 # ---------------------------------------------------------------------- set-points
 
 
+@pytest.mark.full
 def test_set_points__lines_arcs_and_table_moves_are_those_of_the_plan_in_double(closed, trajectory):
     controller, _, path = closed
     errors = set_point_errors(path, made(controller, len(path)))

@@ -40,12 +40,14 @@ def test_table__every_module_has_a_fault() -> None:
     assert {fault.name for fault in FAULTS} == modules
 
 
+@pytest.mark.quick("hand_over__every*", "statistics__periods*")
 @pytest.mark.parametrize("name", NAMES)
 def test_no_fault__the_model_with_all_of_them_passes(name: str, model) -> None:
     model(0)
     check(name)()
 
 
+@pytest.mark.quick("2-*", "25-*", "32-*", "38-*")
 @pytest.mark.parametrize("fault", FAULTS, ids=str)
 def test_fault__is_found(fault, model) -> None:
     model(fault.number)

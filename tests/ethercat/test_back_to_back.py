@@ -80,6 +80,7 @@ def run_frames(count: int, seed: int) -> int:
     return most
 
 
+@pytest.mark.full
 def test_chains__at_the_least_gap_agree_with_the_memory_model():
     assert run_frames(200, SEED) > 0.8 * MOST_BYTES
 

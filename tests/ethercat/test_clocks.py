@@ -23,6 +23,7 @@ def test_delays__are_those_of_the_cables():
         assert abs(with_cables - without - 500 * n) <= 40 * n
 
 
+@pytest.mark.full
 def test_clocks__come_together():
     with Line(PPM, cable_ps=CABLE_PS) as line:
         found = synchronise(line, 500, counted=50, speed_filter=8)

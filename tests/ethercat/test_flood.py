@@ -204,6 +204,7 @@ def flood(requests: list[bytes], cycles: int, capture: Path, mode: int) -> dict[
     }
 
 
+@pytest.mark.quick("uploads-*")
 @pytest.mark.parametrize(
     ("requests", "mode"), [*((name, CSP) for name in REQUESTS), ("objects", PROFILE_POSITION)]
 )
@@ -237,6 +238,7 @@ def states_and_frames(mode: int) -> dict[str, object]:
     return {"powered": powered, "left": left, **rtl.counts()}
 
 
+@pytest.mark.full
 def test_states_and_frames_without_a_pause__no_pass_is_late():
     """To OP and the axes enabled; the manager of the mailbox written in OP; frames with the least
     gap, whose targets are faster than 607F; no frames any more: the device falls to SAFEOP."""

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from sim.rtl.build import ROOT
 from tests.bus.axil import run_scenarios
 
@@ -16,6 +18,7 @@ HERE = Path(__file__).parent
 TOP = "mii_slave"
 
 
+@pytest.mark.full
 def test_mii_source__every_scenario() -> None:
     bench, folder = HERE / "mii_source_tb.py", ROOT / "build/mii_source"
     run_scenarios(TOP, (), bench, folder, optimisation="-O1")

@@ -19,6 +19,7 @@ def clocks() -> dict:
     return report_of("dc_run", "--cycles", 200)
 
 
+@pytest.mark.full
 def test_dc__pysoem_finds_the_clocks_and_goes_to_op(clocks):
     assert clocks["found"] and clocks["state"] == "OP" and clocks["wrong_counters"] == 0
 

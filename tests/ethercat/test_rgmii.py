@@ -41,6 +41,7 @@ def stated(pattern: str, text: str) -> int:
     return int(found)
 
 
+@pytest.mark.quick("0-*")
 @pytest.mark.parametrize("frames", [FRAMES, pytest.param(24, marks=pytest.mark.full)])
 @pytest.mark.parametrize("phase", PHASES)
 def test_frames__answered_as_by_mii_in_every_phase(phase: int, frames: int):

@@ -11,6 +11,7 @@ from tests.ethercat.masters import report_of
 pytestmark = needs("tap")
 
 
+@pytest.mark.quick("1-60")
 # With a cable at the master pulled, it waits its whole time-out each cycle.
 @pytest.mark.parametrize(("cable", "cycles"), ((0, 12), (1, 60), (2, 60), (3, 12)))
 def test_ring__with_a_pulled_cable_stays_in_op_and_counts_right(cable: int, cycles: int):

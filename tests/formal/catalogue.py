@@ -77,7 +77,7 @@ class Proof:
     inputs: str
     cases: Callable[[Context], Iterator[Case]]
     timeout: int = 120  # seconds per case
-    quick: bool = False  # also run by pytest
+    quick: bool = False  # also run by make test
 
     @property
     def faults(self) -> list[Fault]:

@@ -132,7 +132,6 @@ def recurrence_start(ctx: Context) -> Iterator[Case]:
     "remainder, two new digits, divisor, and 4 R = step(Q, digits) + R'; the steps add up to its "
     "equation; the leading digits are not zero; an exact quotient has no digits 24 and 25",
     "all states that meet the invariant",
-    quick=True,
 )
 def recurrence_stages(ctx: Context) -> Iterator[Case]:
     run = ctx.run("fp_divsqrt")

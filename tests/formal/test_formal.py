@@ -43,6 +43,7 @@ def test_formal__short_proof__holds(proof: Proof) -> None:
     assert [v for v in verdicts if v.status != PROVED] == []
 
 
+@pytest.mark.quick("i2f-0", "rounding-0", "angle_outside-0", "held_core-0", "trip*-0")
 @pytest.mark.parametrize("proof, index", FAULTS, ids=lambda x: getattr(x, "name", str(x)))
 def test_formal__planted_fault__is_refuted(proof: Proof, index: int) -> None:
     folder = PYTEST / f"{proof.name}{index}"

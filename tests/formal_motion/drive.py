@@ -277,7 +277,6 @@ class PulseSum(Observer):
     "was centred as there are whole moduli in the sum of the rates and half a modulus, besides one "
     "that was due then; above, a pulse every other clock; never two in a row; count_o counts them",
     "any rates and clears; two moduli",
-    quick=True,
 )
 def pulse_sum(ctx: Context) -> Iterator[Case]:
     yield from inductive(ctx, "pulse_generator", PulseSum(MODULUS))

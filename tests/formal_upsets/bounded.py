@@ -25,7 +25,6 @@ STATE, TIMES, START, FAULT, DIRTY, SAVE = (15, 13), (12, 11), 10, 8, 6, 5  # in 
     "and a start that waits becomes a run: a rank falls in every clock",
     "any state, legal or not; no write of registers and no clear meanwhile, and a core that is not "
     "running is not busy",
-    quick=True,
 )
 def busy_ends(ctx: Context) -> Iterator[Case]:
     run = ctx.run("asip_redundancy")

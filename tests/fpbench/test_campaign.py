@@ -62,6 +62,7 @@ def test_campaign__scheduler_given__runs_there_and_failures_do_not_stop_it(tmp_p
     assert cache.load(stale) is None
 
 
+@pytest.mark.full
 def test_campaign__no_scheduler_at_the_address__says_so(tmp_path: Path) -> None:
     task = campaign.task_of(SHARDS[0], tmp_path)
     with pytest.raises(BenchError, match="no Dask scheduler at tcp://127.0.0.1:9: "):

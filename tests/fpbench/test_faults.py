@@ -17,6 +17,7 @@ FAULTS = {
 }
 
 
+@pytest.mark.quick("round_*")
 @pytest.mark.parametrize("name", FAULTS)
 def test_quick__fault_planted__is_found(name: str, tmp_path: Path) -> None:
     (op,) = FAULTS[name].found

@@ -27,6 +27,7 @@ def shown(report) -> str:
     )
 
 
+@pytest.mark.quick("fp_fma", "fp_divsqrt")
 @pytest.mark.parametrize("unit", sorted({unit for unit, _ in operations().values()}))
 def test_reference__level_one_and_random_operands__host_agrees_with_softfloat(unit: str) -> None:
     cases, mismatches = selfcheck(Unit(unit), SEED)

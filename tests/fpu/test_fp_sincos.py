@@ -163,6 +163,7 @@ def edges() -> np.ndarray:
 FUNCTIONS = pytest.mark.parametrize("cosine", [False, True], ids=["sin", "cos"])
 
 
+@pytest.mark.quick("sin")
 @FUNCTIONS
 def test_sincos__random_angles__within_bound(cosine: bool) -> None:
     check(cosine, random_angles(generator(f"sincos {cosine}"), CASES))

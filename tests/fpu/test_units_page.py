@@ -153,6 +153,7 @@ def test_synthesis_macro__units_with_checks_are_named(tmp_path: Path) -> None:
         assert told and (told[1] == "not used") == (not units_page.checked_files(unit))
 
 
+@pytest.mark.quick("fp_sincos-sin")
 @pytest.mark.parametrize(
     ("unit", "op"),
     [

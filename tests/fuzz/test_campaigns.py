@@ -25,6 +25,9 @@ def campaign(name: str, report: Path, *options: str) -> None:
     assert len(goals) == 4 and all(goal["met"] for goal in goals)
 
 
+@pytest.mark.quick(
+    "assembly", "image", "asip-run", "run-robot", "gcode", "motion", "interface-file"
+)
 @pytest.mark.parametrize("name", CAMPAIGNS)
 def test_campaign__short__no_traceback_no_hang(name: str, tmp_path: Path) -> None:
     campaign(name, tmp_path / "fuzz.json", "--cases", str(SHORT))

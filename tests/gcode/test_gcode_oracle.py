@@ -402,6 +402,7 @@ def samples() -> Samples:
     return compare_samples()
 
 
+@pytest.mark.full
 def test_samples_of_linuxcnc__read_alike_or_refused_by_name(samples):
     """Its own sample programs: none may move differently; those refused say which word it is."""
     found = samples

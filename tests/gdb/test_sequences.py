@@ -206,6 +206,7 @@ def differences(sequences: int, seed: int, packets: int = 25) -> list[str]:
     return found
 
 
+@pytest.mark.full
 def test_sequences__do_what_the_model_does():
     assert differences(250, SEED) == []
 

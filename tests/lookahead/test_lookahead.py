@@ -123,6 +123,7 @@ def test_corner__of_tool_and_table__is_rounded_in_both():
 # Limits
 
 
+@pytest.mark.quick("0-3-smooth", "25-256-steps")
 @pytest.mark.parametrize("settings", [SMOOTH, STEPS], ids=["smooth", "steps"])
 @pytest.mark.parametrize("depth", [3, DEPTH])
 @pytest.mark.parametrize("first", range(0, 50, 25))
@@ -338,6 +339,7 @@ def test_odd_paths__a_million__never_stall_nor_lose_a_part_of_their_way(first):
         stress.odd_block(block, SMOOTH)
 
 
+@pytest.mark.full
 def test_odd_paths__machine_slower_than_the_bound_allows__is_a_stall(monkeypatch, capsys):
     tool = replace(SMOOTH.limits.tool, speed=1e-3)
     slow = replace(SMOOTH, limits=replace(SMOOTH.limits, tool=tool))

@@ -36,6 +36,7 @@ def loop(robot):
     return path, *close_loop(robot, path)
 
 
+@pytest.mark.full
 def test_closed_loop__circle__keeps_the_specified_accuracy(robot, loop):
     path, joints, tools, _, _ = loop
     wanted, _, _ = tracking.joint_path(robot, path)

@@ -35,18 +35,21 @@ def network(folder: Path, configuration: str, activation: str) -> Compiled:
     return compile_law(law, Options(configuration=configuration))
 
 
+@pytest.mark.quick("wide-trajectory")
 @pytest.mark.parametrize("reference", ["none", "point", "trajectory"])
 @pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_predictive_control_has_the_bits_of_the_program(configuration, reference, tmp_path):
     assert prove_c(control(tmp_path, configuration, reference), TICKS, seed=2) == ""
 
 
+@pytest.mark.quick("stream-Elu", "wide-Tanh")
 @pytest.mark.parametrize("activation", ["Relu", "Elu", "Tanh", "Softsign", "Gelu"])
 @pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_network_has_the_bits_of_the_program(configuration, activation, tmp_path):
     assert prove_c(network(tmp_path, configuration, activation), TICKS, seed=2) == ""
 
 
+@pytest.mark.quick("vfmadd")
 @pytest.mark.parametrize("operation", ["vfmadd", "vfmul", "vmadd", "vabove", "vscale", "vbelow"])
 def test_lane_that_differs_is_found(operation, tmp_path, monkeypatch):
     monkeypatch.setitem(c_loops.LANE, operation, f"1.001f * ({c_loops.LANE[operation]})")

@@ -97,6 +97,7 @@ def check(seed: int) -> bool:
     return bool(share)
 
 
+@pytest.mark.quick("10")
 @pytest.mark.parametrize("first", range(0, 30, 10))
 def test_no_random_law_is_beyond_its_certificate(first):
     assert sum(check(seed) for seed in range(first, first + 10)) >= 3, "few bounds said anything"

@@ -189,6 +189,7 @@ FAULTS = [
 ]
 
 
+@pytest.mark.quick("0-*", "2-*")
 @pytest.mark.parametrize("k", range(len(FAULTS)), ids=lambda k: f"{k}-{FAULTS[k][0].__name__}")
 def test_a_fault_of_the_mapping_is_found(k, files, monkeypatch):
     """The reader of signals with a fault in it compiles another law, which is not proved."""

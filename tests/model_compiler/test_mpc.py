@@ -57,6 +57,7 @@ def cart_problem(tmp_path_factory: pytest.TempPathFactory) -> Problem:
     return load_problem(cart(tmp_path_factory.mktemp("cart")))
 
 
+@pytest.mark.quick('"lqr"-point', '"Q"-trajectory')
 @pytest.mark.parametrize("reference", ["none", "point", "trajectory"])
 @pytest.mark.parametrize("terminal", ['"lqr"', '"Q"', "[[20, 4], [4, 6]]"])
 def test_program_has_the_interpreters_bits_and_the_doubles_values(reference, terminal, tmp_path):
@@ -248,6 +249,7 @@ def test_quadrotor_in_lanes_takes_less_than_100_us_with_the_interpreters_bits(tm
     assert proof.warm_error < 1e-5
 
 
+@pytest.mark.full
 def test_quadrotor_flies_its_figure_within_the_box_as_in_doubles(tmp_path):
     problem = quadrotor_problem()
     built, _ = mpc.build_mpc(problem, tmp_path / "quadrotor.s")

@@ -124,6 +124,7 @@ def _single(cone: Cone, u: np.ndarray) -> np.ndarray:
     return found
 
 
+@pytest.mark.quick("cone-trajectory-wide", "ball-point-stream")
 @pytest.mark.parametrize("configuration", ["stream", "wide"])
 @pytest.mark.parametrize("reference", ["none", "point", "trajectory"])
 @pytest.mark.parametrize("changes", [(), (BALL, FREE)], ids=["cone", "ball"])
@@ -137,6 +138,7 @@ def test_program_has_the_interpreters_bits_and_the_doubles_values(
     assert proof.warm_error < 1e-5
 
 
+@pytest.mark.full
 def test_program_of_another_cone_is_found(tow_problem, tmp_path):
     built, _ = mpc.build_mpc(tow_problem, tmp_path / "tow.s")
     assert tow_problem.cone is not None
@@ -204,6 +206,7 @@ def test_what_is_wrong_in_a_cone_is_named(change, says, tmp_path, capsys):
     assert re.search(says, message), message
 
 
+@pytest.mark.quick("stream")
 @pytest.mark.parametrize("configuration", ["stream", "wide"])
 def test_rocket_lands_within_its_limits_as_in_doubles(configuration, tmp_path):
     problem = rocket_problem()

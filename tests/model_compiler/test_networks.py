@@ -93,6 +93,7 @@ def test_sizes_that_do_not_fill_blocks_and_rounds(sizes, tmp_path):
     compared(tmp_path, perceptron(sizes, "Relu", SEED), sizes[0], sizes[-1])
 
 
+@pytest.mark.quick("wide")
 @pytest.mark.parametrize("options", [STREAM, WIDE], ids=lambda o: o.configuration)
 def test_rtl_takes_the_cycles_that_were_announced(options, tmp_path):
     made = perceptron((6, 34, 4), "Elu", SEED)
@@ -100,6 +101,7 @@ def test_rtl_takes_the_cycles_that_were_announced(options, tmp_path):
     assert set(cycles.tolist()) == {built.image.cycles}
 
 
+@pytest.mark.quick("Tanh")
 @pytest.mark.parametrize("activation", ["Relu", "Elu", "Tanh", "Softsign"])
 def test_network_in_lanes_has_the_interpreters_bits_and_onnx_runtimes_values(activation, tmp_path):
     made = perceptron((5, 26, 3), activation, SEED)
@@ -124,6 +126,7 @@ def test_linear_part_and_scaled_exponential_in_lanes(alpha, tmp_path):
     assert "vabove" in built.compiled.text
 
 
+@pytest.mark.quick("sizes0", "sizes3")
 @pytest.mark.parametrize("sizes", [(1, 1), (3, 17), (2, 40, 2), (12, 33, 35, 1), (4, 130, 70, 3)])
 def test_sizes_that_do_not_fill_vectors_blocks_and_rounds(sizes, tmp_path):
     made = perceptron(sizes, "Relu", SEED)

@@ -277,6 +277,7 @@ def test_damaged_bytes__refused_or_read(tmp_path):
 # ---- the whole way
 
 
+@pytest.mark.full
 def test_policy__compiled_and_proved_against_the_file(tmp_path, capsys, monkeypatch):
     path = save(tmp_path, perceptron([3, 4, 2], "Elu", SEED, "Tanh"))
     record = tmp_path / "policy.interface.toml"

@@ -43,6 +43,7 @@ def test_program_is_short_and_keeps_its_bound(robot, tmp_path, name):
     assert proof.largest_error["F1"] < 2.0  # N, of 3000
 
 
+@pytest.mark.quick("optimised")
 @pytest.mark.parametrize("name", LAWS)
 def test_errors_of_outputs_are_those_of_the_assembly_program_on_the_path(robot, name):
     compiled = compile_law(LAWS[name](robot), FAST)

@@ -10,6 +10,7 @@ from tests.model_compiler import planted
 from tests.model_compiler.planted import HELD, PLANTED, STATED, Planted
 
 
+@pytest.mark.quick("encoders *", "sign of a *")
 @pytest.mark.parametrize("mistake", PLANTED, ids=lambda one: one.name)
 def test_planted_mistake__of_the_reader__is_found(mistake, tmp_path):
     assert planted.found(mistake, tmp_path)

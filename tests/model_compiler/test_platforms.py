@@ -45,6 +45,7 @@ PROGRAMS = {
 }
 
 
+@pytest.mark.quick("sample", "mixed", "scara")
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_c_on_this_machine_has_the_bits_of_the_program(name):
     assert prove_c(PROGRAMS[name](), TICKS, seed=2) == ""

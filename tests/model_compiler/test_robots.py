@@ -107,6 +107,7 @@ def test_every_law_of_the_scara_compiles_and_keeps_its_bound(tmp_path, name):
     proved(LAWS[name](robot("scara"), settings), tmp_path, FAST)
 
 
+@pytest.mark.full
 def test_two_arms_are_one_program_and_keep_its_bound(tmp_path):
     file = ROBOTS["panda"].file().parents[2] / "tiago_description/robots/tiago_dual.urdf"
     others = [j.name for j in load_tree(file).joints if not j.name.startswith("arm_")]

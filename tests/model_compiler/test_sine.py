@@ -59,6 +59,7 @@ def every_float(low: float, high: float, step: int = 1) -> np.ndarray:
     return np.concatenate((positive, -positive))
 
 
+@pytest.mark.quick("sin")
 @pytest.mark.parametrize("name", NAMES)
 def test_every_count_of_an_encoder_of_20_bits_keeps_the_stated_error(name):
     turns = np.arange(-COUNTS, COUNTS + 1) / COUNTS
@@ -167,6 +168,7 @@ def test_ranges_follow_the_arithmetic_of_the_angle():
     assert found.limit == pytest.approx(5 / TURN)  # 4 + 0.5 * 2 * 1
 
 
+@pytest.mark.quick("ur5")
 @pytest.mark.parametrize("name", ["ur5", "iiwa14", pytest.param("panda", marks=pytest.mark.full)])
 def test_arm_takes_no_more_cycles_than_aimed_at(tmp_path, name):
     built, _ = proved(arm_law(name, Settings().overshoot), tmp_path, FAST)

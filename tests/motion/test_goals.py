@@ -44,6 +44,7 @@ def test_planner__samples_meet_their_goals():
     assert by_name["time-optimal moves compared with Ruckig"].met is None
 
 
+@pytest.mark.full
 def test_rtl__samples_meet_their_goals():
     goals = [
         *goals_rtl.rest_to_rest(),
@@ -64,6 +65,7 @@ def test_sizes__not_measured__say_how(monkeypatch, tmp_path):
     assert goals and all(goal.met is None and "motion-size" in goal.note for goal in goals)
 
 
+@pytest.mark.full
 def test_lookahead__samples_meet_their_goals():
     goals = [
         goals_lookahead.times,

@@ -24,6 +24,7 @@ from tests.page.browser import SIZES, Browser
 QUICK = {"v0": "30", "vm": "200", "tr": "0.02", "tm": "0.005", "length": "8"}
 
 
+@pytest.mark.full
 def test_quick_show__table_page_and_results_of_every_present_module(tmp_path, capsys):
     arguments = ["--no-rtl", "--no-robot", "--output", str(tmp_path)]
     assert show.main(arguments) == 0
@@ -111,6 +112,7 @@ def quick(monkeypatch):
     return ramp_time_plan(**QUICK)
 
 
+@pytest.mark.quick("time-exact")
 @pytest.mark.parametrize("mode", show_rtl.MODES)
 def test_rtl_run__all_pulses__progress_adds_up_to_the_duration(quick, monkeypatch, mode):
     monkeypatch.setattr(show_rtl, "CHUNK", 1_000_000)

@@ -48,6 +48,7 @@ def planned(blocks: list[Setpoints], steps: Steps) -> tuple[np.ndarray, np.ndarr
     return CubicHermiteSpline(times, place - place[0], speed)(fine), place[-1] - place[0]
 
 
+@pytest.mark.quick("steps0-0", "steps1-1")
 @pytest.mark.parametrize("seed", range(8))
 @pytest.mark.parametrize("steps", [Steps(), Steps(leg=5e4, table=900.0, every=20)])
 def test_records__random_paths__every_count_within_a_step_of_the_joint(seed, steps):
@@ -178,6 +179,7 @@ def _farthest(run: show_path.PathRun, shift: float) -> float:
     return float(np.abs(middle - plan(np.clip(at + shift, 0, times[-1]))).mean())
 
 
+@pytest.mark.full
 def test_rtl__one_record_a_thousandth_faster__is_seen(monkeypatch):
     """Negative control: what the encoder believes and what the hardware does must be the same."""
     record = AxisEncoder._record

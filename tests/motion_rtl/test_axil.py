@@ -8,10 +8,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from sim.rtl.build import ROOT
 from tests.bus.axil import run_scenarios
 
 
+@pytest.mark.full
 def test_axil__every_scenario() -> None:
     run_scenarios(
         "motion_axil",

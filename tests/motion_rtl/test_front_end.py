@@ -86,6 +86,7 @@ def test_records__what_the_hardware_cannot_do__is_refused_by_name():
 # ---------------------------------------------------------------------- time-exact mode
 
 
+@pytest.mark.quick("0.01-3-2000-20")
 @pytest.mark.parametrize("v0", ["0", "20"])
 @pytest.mark.parametrize(
     ("tm", "length", "pulses"),
@@ -129,6 +130,7 @@ def test_time_exact__zero_start_speed__moves_and_ends(motion):
     assert motion.position(2) == -300
 
 
+@pytest.mark.full
 def test_moves_one_after_another__each_exact_from_the_first_pulse(motion):
     plan = quick("20", "0.7")
     for number in range(1, 4):
@@ -235,6 +237,7 @@ def pulse_counted_rule(plan: RampTimePlan, pulses: int) -> float:
         )
 
 
+@pytest.mark.quick("0.01-3-1000")
 @pytest.mark.parametrize(
     ("tm", "length", "pulses"),
     [

@@ -266,6 +266,7 @@ def test_feed_back_from_a_profile_to_a_period__goes_on_at_once():
     assert rtl.position(0) == 30
 
 
+@pytest.mark.full
 def test_feed_from_a_profile__steps_in_the_pulses_clocks():
     """An S-curve along a line: the steps of the line are the profile's, a few clocks later."""
     plan = ramp_time_plan("20", "200", "0.02", "0.005", "3")

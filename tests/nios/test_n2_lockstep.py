@@ -115,6 +115,9 @@ def compiled(path: Path):
     return pytest.param(path, id=path.stem, marks=marks)
 
 
+@pytest.mark.quick(
+    "add_sub_wrap", "bits", "divide", "float_add", "multiply", "recursion", "switch_table"
+)
 @pytest.mark.parametrize("path", [compiled(path) for path in ELFS])
 def test_compiled_program__committed_elf__as_qemu(path, capsys):
     require("qemu")

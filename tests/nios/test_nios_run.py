@@ -122,6 +122,7 @@ def test_konata_shows_each_instruction_in_each_stage_and_waits_where_it_waits(tm
     assert execute[1] == reader.stages[number][3][2]
 
 
+@pytest.mark.full
 def test_konata_counts_the_cycles_of_the_program(tmp_path, capfd):
     log, _ = traced("tests/sort_quick.elf", 10_000_000, tmp_path)
     reader = KonataReader(log)
@@ -240,6 +241,7 @@ def test_file_that_is_no_elf_file_is_refused(tmp_path, capfd):
     assert refused(tmp_path / "large", capfd) == "larger than 8 MiB, no program here"
 
 
+@pytest.mark.full
 def test_damaged_elf_files_give_a_message():
     """A short run of the campaign `python -m tests.fuzz elf`."""
     result = run_campaign(fuzz.CAMPAIGNS[0], 300, SEED)

@@ -50,6 +50,9 @@ def test_file_lists__of_a_block__name_what_it_needs_and_no_more(top: str) -> Non
     assert sorted(listed) == sorted(sources_of(top))
 
 
+@pytest.mark.quick(
+    "fpu-*", "asip-asip_axil", "drive-drive_front_end", "ethercat-ethercat_slave", "nios-n2_core"
+)
 @pytest.mark.parametrize(("core", "top"), CASES)
 def test_fusesoc__every_target_of_a_core__is_linted_by_verilator(
     core: str, top: str, tmp_path: Path

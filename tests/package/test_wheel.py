@@ -184,6 +184,7 @@ def test_wheel__holds_what_its_commands_read_and_nothing_of_the_checkout(wheel: 
     assert {top for top in tops if not top.endswith(".dist-info")} == {"microtick"}
 
 
+@pytest.mark.full
 def test_source_package__makes_the_same_wheel__with_its_commit(wheel: Path, tmp_path: Path) -> None:
     """Without git, below another repository: the commit is that of the checkout."""
     source = "import hatchling.build; print(hatchling.build.build_sdist({!r}))"
@@ -301,6 +302,7 @@ def test_asip_model__with_its_extra__writes_a_program(with_model: Installed) -> 
     assert (folder / "law.asip.json").is_file()
 
 
+@pytest.mark.full
 def test_your_robot__word_for_word_with_the_wheel(
     with_model: Installed, wheel: Path, tmp_path: Path
 ) -> None:

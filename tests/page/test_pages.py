@@ -72,6 +72,7 @@ def test_table__becomes_html__markup_gone__beyond_bound_marked(tmp_path):
 # ---------------------------------------------------------------------- the page of the main job
 
 
+@pytest.mark.quick("phone")
 @pytest.mark.parametrize("size", SIZES)
 def test_run_page__drawn_without_an_error__fits_the_window(browser, run_page, size):
     seen = browser.look(run_page, size)
@@ -172,6 +173,7 @@ def curve_page(file: Path, more: str = "") -> Path:
     return file
 
 
+@pytest.mark.quick("-None", "*planted")
 @pytest.mark.parametrize(
     ("planted", "error"),
     [
@@ -190,6 +192,7 @@ def test_look__planted_error_is_seen(browser, tmp_path, planted, error):
     assert seen.page["figures"] == seen.page["drawn"] == 1
 
 
+@pytest.mark.full
 def test_look__figure_without_a_curve_and_wide_part__are_seen(browser, tmp_path):
     built = Page("P", "L")
     built.figure(framed(go.Figure(), 300), "empty")

@@ -240,6 +240,7 @@ SPIRALS = ["G3 X-50.04 Y0 I-50", "G2 X-49.96 Y0 Z640 I-50 A5", "G3 X50.03 Y0 I-5
            "G17 G3 X50.02 Y.3 Z601 I-50"]  # fmt: skip
 
 
+@pytest.mark.quick("G2 *")
 @pytest.mark.parametrize("text", SPIRALS)
 def test_spiral__of_an_arc_off_its_circle__is_that_of_even_growth(text):
     """Radius and height over the angle are straight lines; s is the length; derivatives agree."""

@@ -148,16 +148,19 @@ def fired(tmp_path_factory) -> dict[str, str]:
     return output
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(("checker_name", "label"), CASES, ids=[".".join(case) for case in CASES])
 def test_violation__assertion_fires(fired, checker_name, label):
     said = fired[f"{checker_name}.{label}"]
     assert re.search(rf"Assertion failed in \S*u_{checker_name}\S*\.{label}\b", said), said
 
 
+@pytest.mark.full
 def test_nothing_wrong__nothing_fires(fired):
     assert "Assertion failed" not in fired[""], fired[""]
 
 
+@pytest.mark.full
 def test_bound_checker__violation_in_the_block__fires(fired):
     assert re.search(r"Assertion failed in \S*u_line\.u_sva\.NoStartWhileActive", fired["bound"])
 

@@ -38,6 +38,16 @@ def lint(
     )
 
 
+@pytest.mark.quick(
+    "asip-*",
+    "dual_asip",
+    "debug_asip",
+    "drive_front_end",
+    "motion_front_end",
+    "ethercat_slave",
+    "n2_core",
+    "fp_fma",
+)
 @pytest.mark.parametrize(
     ("module", "parameters"),
     CASES,

@@ -280,6 +280,7 @@ def test_yosys_elaborates_what_the_subset_allows(tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+@pytest.mark.quick("import*", "generate-region*")
 @needs("yosys")
 @pytest.mark.parametrize("bad", BAD, ids=lambda bad: f"{bad.rule}: {bad.line[:40]}")
 def test_yosys_agrees_on_the_refused_snippet(bad, tmp_path):

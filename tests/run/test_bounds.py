@@ -106,6 +106,7 @@ def test_boost_of_an_odd_number_of_ticks_ends_its_first_half_on_time():
         assert worst(rows[name], want.output[:, axis], limit[:, axis]) <= 1.0, name
 
 
+@pytest.mark.quick("0")
 @pytest.mark.parametrize(
     "number", [k if k < 3 else pytest.param(k, marks=pytest.mark.full) for k in range(COUNT)]
 )

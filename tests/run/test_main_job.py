@@ -166,6 +166,7 @@ def test_speed_of_a_program_of_the_asip__without_the_asip__is_refused(tmp_path, 
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.quick("observer-*")
 @pytest.mark.parametrize(
     ("speed", "cycles", "ripple", "error"),
     [("observer", 125, 0.1, 1.0), ("stamps", 183, 0.1, 1.1)],

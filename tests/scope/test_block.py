@@ -101,6 +101,7 @@ def end_at(tick: int):
     return lambda event: isinstance(event, Block) and event.first + len(event.values) >= tick
 
 
+@pytest.mark.full
 def test_block__every_run__the_words_that_the_core_wrote(machine):
     source, rng = source_of(machine), np.random.default_rng(1)
     session = Session(source.description)

@@ -73,6 +73,7 @@ def test_main_job__scope_without_the_asip__says_what_to_add(tmp_path):
     assert "error: the scope looks at the ASIP: add fpga3 to the platforms" in done.stderr
 
 
+@pytest.mark.full
 def test_guide__its_steps_in_order(tmp_path):
     """Numbers and names are those of the page; it hears what was done, nothing is compared."""
     command = re.search(r"^make run (.*)$", GUIDE, re.M)[1]

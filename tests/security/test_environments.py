@@ -18,6 +18,7 @@ QUICK = (
 )
 
 
+@pytest.mark.full
 def test_quick_environments__work_or_say_the_cure(tmp_path):
     table = [what for what in TABLE if what.name in QUICK]
     assert len(table) == len(QUICK)

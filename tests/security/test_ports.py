@@ -30,6 +30,7 @@ def running(request):
         yield request.param, server
 
 
+@pytest.mark.quick("gdb")
 def test_own_client_is_served(running):
     port, server = running
     assert port.works(server), server.said
@@ -41,6 +42,7 @@ def test_web_page_rebound_host_and_client_without_token_are_refused(running):
     assert port.works(server), server.said
 
 
+@pytest.mark.quick("gdb")
 def test_no_packet_ends_the_server(running):
     port, server = running
     assert len(crafted(port)) >= 200

@@ -153,6 +153,7 @@ def test_that_takes_long(tmp_path):
 """
 
 
+@pytest.mark.quick("SIGTERM-0", "SIGHUP-0")
 @pytest.mark.parametrize(("name", "workers"), [("SIGTERM", 0), ("SIGHUP", 0), ("SIGTERM", 1)])
 def test_stopped_tests__end_the_programs_that_they_run(name, workers, tmp_path):
     (tmp_path / "test_long.py").write_text(TEST.format(folder=str(tmp_path)))

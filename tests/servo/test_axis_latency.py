@@ -14,6 +14,7 @@ from tests.servo.axis_latency import latency
 SETTING = Setting(Robot.load().resolution)
 
 
+@pytest.mark.quick("small-*")
 @pytest.mark.parametrize(("configuration", "most"), [("fast", 1.5e-6), ("small", 3e-6)])
 def test_latency__is_the_same_in_each_period(configuration, most):
     found = latency(Drives.load(), SETTING, configuration)

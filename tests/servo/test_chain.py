@@ -126,6 +126,7 @@ def test_chain__follows_from_encoder_edges_to_gate_edges():
     assert machine.system.look().released == 0
 
 
+@pytest.mark.full
 def test_chain__from_its_own_alignment_with_friction_in_the_law():
     """Alignment, brakes open, 4 ms of the path; commands are those of the law, bit for bit."""
     machine, desired = chain(False, image(ROBOT, DRIVES, "feed-forward"))

@@ -72,6 +72,7 @@ def no_number(machine: Chain) -> None:
     core.preset({state: 0x7FC00000})
 
 
+@pytest.mark.quick("tracking watchdog")
 @pytest.mark.parametrize(
     ("core", "fault"),
     [
@@ -111,6 +112,7 @@ def test_fault_of_a_core_that_orders__stops_all_axes_until_it_is_cleared(core, f
     assert system.look().released == start_up.ALL and not system.status()["trip"]
 
 
+@pytest.mark.full
 def test_encoder_that_stands_still__is_a_following_error_and_stops_all_axes(tmp_path):
     ticks, axis = 600, 2
     machine, desired = begun(ticks, tmp_path)

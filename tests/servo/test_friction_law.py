@@ -88,6 +88,7 @@ def test_move__begins_with_the_last_ones_integral_as_far_as_friction_explains_th
         assert found[f"moving{n}_next"] == found["integral_next"][n]
 
 
+@pytest.mark.full
 def test_slow_move__after_a_rest_errs_at_most_half_of_what_it_does_without(tmp_path):
     """The table rests for 1.4 s next to a count while the tool moves; then it begins slowly."""
     file = tmp_path / "rest.ngc"
@@ -108,6 +109,7 @@ def run(kind: str, share: float) -> Whole:
     return whole(ROBOT, DRIVES, path_of(ROBOT, 8900, Path(PATH)), kind, share)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     ("kind", "share"),
     [

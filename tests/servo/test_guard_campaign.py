@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import pytest
+
 from scripts import drive
 from sim.bench.drive import guards
 from sim.bench.drive.goals import Rows
@@ -14,6 +16,7 @@ from sim.robot.parameters import Robot
 ROBOT, DRIVES = Robot.load(), Drives.load()
 
 
+@pytest.mark.full
 def test_campaign__a_lost_sensor_is_found_and_nothing_is_not():
     nothing = guards.Fault("nothing", lambda system, drives: None)
     stuck, none = guards.campaign(

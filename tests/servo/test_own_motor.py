@@ -76,6 +76,7 @@ def test_loops__a_test_bench_brings_the_motors_to_speed_without_a_trip(own):
     assert (np.abs(off) < 3.8).all(), off
 
 
+@pytest.mark.full
 def test_bring_up__alignment_finds_the_angles_of_the_own_motors(own):
     """Step 5, its order: brakes stay closed."""
     robot, drives = own

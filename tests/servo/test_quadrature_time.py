@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from sim.rtl.gen.drive_regmap import REGMAP as DRIVE
 from tests.bench.seed import SEED
@@ -67,6 +68,7 @@ def front_end(stamps: int) -> Clocked:
     )
 
 
+@pytest.mark.full
 def test_front_end__stamps_all_axes_in_one_clock_and_only_with_the_parameter():
     clocks, at = 5000, 3000
     steps = (np.arange(clocks) > 300) & (np.arange(clocks) % 37 == 0)

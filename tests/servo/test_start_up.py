@@ -58,6 +58,7 @@ FAULTS = {
 }
 
 
+@pytest.mark.full
 def test_faults__end_with_gates_off_and_brakes_closed_and_can_be_cleared():
     system = brought_up()
     watchdog = system.current.image.watchdog
@@ -87,6 +88,7 @@ def test_faults__end_with_gates_off_and_brakes_closed_and_can_be_cleared():
     assert system.look().shoot_through == 0
 
 
+@pytest.mark.full
 def test_enabled_far_from_count_0__the_way_there_is_no_speed():
     """A start-up after a stop begins at any counts; the first samples must not look like motion."""
     system = brought_up()
@@ -189,6 +191,7 @@ def test_counts_that_are_lost__trip_by_the_index_before_a_hundredth_of_the_speed
     assert start_up.INDEX_TOLERANCE < counted / 500 < 3 * start_up.INDEX / 500
 
 
+@pytest.mark.full
 def test_sensors_that_drift__trip_with_a_third_sensor_in_two_samples():
     """Each sensor in turn shows 1 A too much, or nothing; without a fault the sum is small."""
     system = turning(0.9, GuardedChain)

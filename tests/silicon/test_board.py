@@ -144,6 +144,7 @@ def test_asip_run__no_such_port__says_where_devices_are():
     assert done.returncode == 1 and "ls /dev/ttyUSB*" in done.stderr
 
 
+@pytest.mark.full
 def test_other_board__runs_a_program_over_its_serial_port(other):
     runs_as_the_core(other[1])
 

@@ -34,6 +34,7 @@ def test_netlist__of_a_module__gives_every_output_in_every_clock(top: str) -> No
     assert len(outcome.still) < outcome.bits / 2, "the inputs reach the outputs"
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     "top",
     [pytest.param(top, marks=() if top == IN_EVERY_RUN else pytest.mark.full) for top in PROVED],
@@ -58,11 +59,13 @@ def faulty() -> Path:
     return planted(1, "fpu/fp_i2f.sv", "rounding of ties", *bits)
 
 
+@pytest.mark.full
 def test_netlist__with_a_planted_fault__differs_within_few_clocks(faulty: Path) -> None:
     outcome = lockstep.run(IN_EVERY_RUN, clocks=50_000, netlist_folders=[faulty])
     assert outcome.first is not None
 
 
+@pytest.mark.full
 def test_netlist__with_a_planted_fault__is_not_proved(faulty: Path) -> None:
     proved, points = prove_equivalent(IN_EVERY_RUN, [faulty])
     assert proved < points

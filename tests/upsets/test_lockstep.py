@@ -50,6 +50,7 @@ def test_lockstep__without_a_delay__is_refused_at_elaboration():
     assert done.returncode != 0 and "Delay=0, must be 1 or more" in done.stderr
 
 
+@pytest.mark.quick("small")
 @pytest.mark.parametrize("configuration", ["small", "fast"])
 def test_lockstep__without_an_upset__cycles_and_bits_of_one_core(configuration):
     cores = PairRtl(configuration), AsipRtl(configuration)
@@ -57,6 +58,7 @@ def test_lockstep__without_an_upset__cycles_and_bits_of_one_core(configuration):
     assert compared(image, inputs(200), *cores)[0] is None
 
 
+@pytest.mark.full
 def test_lockstep__any_bit_of_either_core__nothing_wrong_is_silent(pair):
     found: Counter[tuple[str, str]] = Counter()
     for kind in KINDS:
@@ -70,6 +72,7 @@ def test_lockstep__any_bit_of_either_core__nothing_wrong_is_silent(pair):
     assert found["program memory in use", "fault reported"] > 20
 
 
+@pytest.mark.full
 def test_lockstep__a_bit_of_a_result__is_the_fault_disagree(pair):
     places = [n for n, s in enumerate(pair.sites) if s.name.endswith("operand_e1_q")]
     assert len(places) >= 2  # of each core

@@ -170,6 +170,7 @@ def resilient() -> Model:
     return campaign.model_of("resilient")
 
 
+@pytest.mark.full
 def test_resilient__where_the_plain_core_locks_up__goes_on(resilient):
     issue = "TOP.asip.u_issue.gen_multiple.u_issue"
     control = "TOP.asip.u_run.u_control"
@@ -182,6 +183,7 @@ def test_resilient__where_the_plain_core_locks_up__goes_on(resilient):
             assert found in KNOWN, (clock, place)
 
 
+@pytest.mark.full
 def test_resilient__every_bit_of_its_own_control__no_lock_up_nothing_silent(resilient):
     own = "TOP.asip.u_run.gen_redundancy.u_redundancy"
     for clock in range(5, 400, 23):
