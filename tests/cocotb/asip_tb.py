@@ -211,6 +211,32 @@ async def operation__alone_in_a_program__bits_and_flags_of_numpy(dut, name):
 
 
 @cocotb.test()
+@cocotb.parametrize(inexact=["y", "z"])
+async def operation__two_products_at_once__flags_of_either(dut, inexact):
+    """With two multiply-add pipes, each of them is the inexact one in one of the cases."""
+    core = await started(dut)
+    text = """
+        .program "two products"
+        .input p, q
+        .output y, safe = 0.0
+        .output z, safe = 0.0
+        fmul a, p, p
+        fmul b, q, q
+        mov  y, a
+        mov  z, b
+        halt
+        """
+    await written(core, "two", text)
+    names = {"y": "p", "z": "q"}
+    values = {pin: 1.1 if name == inexact else 3.0 for name, pin in names.items()}
+    got = await core.tick(**values)
+    square, raised = golden.mul(*[np.float32([1.1]).view(np.uint32)] * 2)
+    assert got.words[inexact] == square[0]
+    assert [got.outputs[name] for name in names if name != inexact] == [9.0]
+    assert got.flags == raised[0] != 0
+
+
+@cocotb.test()
 @cocotb.parametrize(name=["fsin", "fcos"])
 async def operation__sine_and_cosine__within_their_bound(dut, name):
     core = await started(dut)

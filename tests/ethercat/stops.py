@@ -106,10 +106,12 @@ class Stop:
 
     kind: str
     mode: int
-    before: float  # the speed when the law gets the first set-point of the stop
+    before: (
+        float  # the speed at the stop: when it was measured, or a tick later if it is higher then
+    )
     highest: float  # after it
     distance: float
-    shortest: float  # braking from `before` or the speed a tick earlier, and a tick
+    shortest: float  # braking from `before`, and a tick
 
     @property
     def ratio(self) -> float:
@@ -169,7 +171,7 @@ def situation(seed: int) -> Stop:
         _begin(drives, kind, period)
     # The pass that found the fault gave the first set-point of the stop; the law has it from the
     # tick after it on, which is now.
-    before, sampled = abs(mass.speed), abs(drives.sampled)
+    before = max(abs(mass.speed), abs(drives.sampled))
     speeds, distance = run_to_the_stop(drives, None if kind == "frames end" else period)
     ramp = {
         "quick stop": profile if quick in (1, 5) else fast,
@@ -179,14 +181,13 @@ def situation(seed: int) -> Stop:
         "disable": profile,
     }.get(kind, profile if fault == 1 else fast)
     brake = 2 * min(ramp, mass.force)
-    own = max(before, sampled)  # a strong machine changes its speed within the tick
     return Stop(
         kind=kind,
         mode=mode,
         before=before,
         highest=max(map(abs, speeds)),
         distance=distance,
-        shortest=own**2 / brake + own * TICK,
+        shortest=before**2 / brake + before * TICK,
     )
 
 
