@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The mark `quick`: make test runs the cases that it names, and a pattern without a case is an error."""
+"""The mark `quick`: it selects cases for make test; a pattern without a case is an error."""
 
 from __future__ import annotations
 
