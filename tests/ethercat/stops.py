@@ -112,6 +112,7 @@ class Stop:
     highest: float  # after it
     distance: float
     shortest: float  # braking from `before`, and a tick
+    noise: float  # an increment, and braking from the error of a measured speed
 
     @property
     def ratio(self) -> float:
@@ -120,7 +121,7 @@ class Stop:
 
     @property
     def too_far(self) -> bool:
-        return self.distance > self.shortest + INCREMENT
+        return self.distance > self.shortest + self.noise
 
 
 def situation(seed: int) -> Stop:
@@ -188,6 +189,7 @@ def situation(seed: int) -> Stop:
         highest=max(map(abs, speeds)),
         distance=distance,
         shortest=before**2 / brake + before * TICK,
+        noise=INCREMENT + NOISE**2 / brake,
     )
 
 
