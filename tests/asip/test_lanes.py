@@ -232,7 +232,7 @@ def test_vector_of_no_stream_or_another_bank__is_illegal(operation):
     assert (got.fault, got.info) == (bench.iss_run(image)[1].fault.name, 0) == ("ILLEGAL", 0)
 
 
-@pytest.mark.quick("stream")
+@pytest.mark.full
 @pytest.mark.parametrize("name", ["fast", "stream"])
 def test_core_without_lanes__their_operations_are_illegal(name):
     for operation in (op("vfmul", "a1", "zero", "k0"), op("vout", "a1", "k0", "a1", imm=0)):

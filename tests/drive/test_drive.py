@@ -65,6 +65,7 @@ def integrated(drive: Drive, move: ThereAndBack, k1: float, k2: float, cycles: i
     return np.array(errors)
 
 
+@pytest.mark.quick("0.0-first order")
 @pytest.mark.parametrize("drive", LOOPS, ids=["first order", "second order", "slow"])
 @pytest.mark.parametrize("jerk_time", [0.0, 0.02])
 def test_following_error__agrees_with_scipy_integration(drive, jerk_time):

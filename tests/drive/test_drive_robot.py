@@ -63,6 +63,7 @@ def test_computed_torque__payload_far_too_heavy__breaks_the_bound(robot, path):
     assert simulate(robot, path, None, payload=300.0).tracking.tool > 10e-6
 
 
+@pytest.mark.full
 def test_drives_without_feed_forward__error_is_speed_over_kp(robot, path, runs):
     run = runs[CASES[0].name]
     _, speed, _ = joint_path(robot, path)

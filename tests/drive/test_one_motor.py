@@ -503,7 +503,7 @@ def test_program__bits_on_the_core_are_those_of_the_bench(name, rotary, tmp_path
     assert proof.passed, proof
 
 
-@pytest.mark.quick("2")
+@pytest.mark.full
 @pytest.mark.parametrize("number", [2, 19])
 def test_random_motors__every_goal_of_the_campaign_is_met(number, tmp_path):
     """A slow one at 560 V, a fast one at 48 V with much friction, which must not end its move."""

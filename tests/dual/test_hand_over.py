@@ -118,6 +118,7 @@ def test_hand_over__measured_words_are_those_of_the_first_clock_and_change_nothi
     assert seen[:, 4].view(np.float32).tolist() == [32.0 * n + 14 for n in range(7)]
 
 
+@pytest.mark.full
 def test_hand_over__no_set_point_and_no_counts_are_torn_wherever_a_period_begins():
     """A period begins at every clock of the work of the one before; words of two never mix."""
     bench = Bench([0, 14, *(MEASURED_SOURCE + i for i in (1, 2, 4))])

@@ -223,6 +223,7 @@ def test_moves__a_path_without_stops_is_refused_by_line():
         moves_of(joined, QUICK)
 
 
+@pytest.mark.full
 def test_cli__writes_figures_and_tables(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("sim.bench.dual.__main__.SINGLE", tmp_path / "none.json")
     assert main([str(MOVES), "--ticks", "1400", "--short-only", "--output", str(tmp_path)]) == 0

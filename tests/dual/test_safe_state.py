@@ -77,6 +77,7 @@ def cause(core) -> str:
 # ---------------------------------------------------------------------- no numbers
 
 
+@pytest.mark.quick("v0-2143289344")
 @pytest.mark.parametrize(
     ("name", "word"), [*((name, NAN) for name in NUMBERS), ("vm", INF), ("start of x", INF)]
 )

@@ -270,7 +270,7 @@ def rows_of_page() -> dict[str, list[str]]:
     return {row[0].strip("`"): row[1:] for row in rows[2:]}
 
 
-@pytest.mark.quick("drive")
+@pytest.mark.full
 @needs("linuxcnc")
 @pytest.mark.parametrize("fault", ["estop", "drive", "cable", "master"])
 def test_linuxcnc__after_a_fault__is_in_the_states_of_the_page(tmp_path, program, fault):

@@ -47,6 +47,7 @@ def test_symmetry__pairs__counted_and_exact() -> None:
         assert report.angles.symmetric_pairs == report.angles.in_range // 2 == 10_000
 
 
+@pytest.mark.full
 def test_judge__bound_below_the_units_error__is_a_mismatch(tmp_path: Path) -> None:
     bound, wrong = r"error below [0-9.]+ ulp", "error below 0.4 ulp"
     copy = edited_folder(RTL, tmp_path / "fpu", "fp_sincos.sv", bound, wrong)

@@ -38,6 +38,7 @@ def neighbours(rng: np.random.Generator, count: int, columns: int) -> np.ndarray
     return np.stack(rows, axis=1)
 
 
+@pytest.mark.quick("EQ", "LT", "MIN")
 @pytest.mark.parametrize("name", reference.COMPARISONS)
 def test_cmp__corners_and_random_operands__match_reference(name: str) -> None:
     columns = reference.COMPARISONS[name][0]

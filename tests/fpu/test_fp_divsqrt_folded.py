@@ -71,6 +71,7 @@ def test_folded__reset_in_flight__clears_valid() -> None:
     check_reset(UNIT)
 
 
+@pytest.mark.quick("div")
 @pytest.mark.parametrize("op", ["div", "sqrt"])
 def test_folded__short_set_of_the_fast_bench__agrees_with_the_host(op: str) -> None:
     report = run_parts(bench_unit(NAME), op, cases=BENCH_SHARE)

@@ -51,6 +51,7 @@ def dies(rng: Random) -> int:
     os._exit(7)
 
 
+@pytest.mark.quick("good-None")
 @pytest.mark.parametrize(
     ("tool", "kind"),
     [

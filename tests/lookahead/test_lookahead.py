@@ -328,6 +328,7 @@ def test_odd_program__any__ends_exactly_within_the_limits(name, settings):
     assert not violations(items, settings)
 
 
+@pytest.mark.full
 def test_odd_paths__a_thousand__never_stall_nor_lose_a_part_of_their_way():
     assert stress.odd_block(0, SMOOTH) > 0.0
 

@@ -37,6 +37,7 @@ def test_pendulum_on_the_core_tracks_as_in_double_precision(tmp_path, capsys):
     assert "Microtick: any robot" in (tmp_path / "robots.html").read_text()
 
 
+@pytest.mark.full
 def test_observer_is_shown_with_its_figures_and_goals(tmp_path, capsys):
     arguments = ["--only", "observer", "--seconds", "0.5", "--inputs", "250"]
     assert main([*arguments, "--output", str(tmp_path)]) == 1  # shorter than the goals

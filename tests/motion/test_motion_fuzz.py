@@ -19,6 +19,7 @@ def check(campaign, cases: int) -> None:
     assert len(result.statuses) > 1  # good and bad ones are among them
 
 
+@pytest.mark.quick("gcode")
 @pytest.mark.parametrize("campaign", CAMPAIGNS, ids=lambda campaign: campaign.name)
 def test_fuzz__some_mutated_inputs__no_traceback_no_hang(campaign):
     check(campaign, NORMAL[campaign.name])

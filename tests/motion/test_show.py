@@ -112,7 +112,7 @@ def quick(monkeypatch):
     return ramp_time_plan(**QUICK)
 
 
-@pytest.mark.quick("time-exact")
+@pytest.mark.full
 @pytest.mark.parametrize("mode", show_rtl.MODES)
 def test_rtl_run__all_pulses__progress_adds_up_to_the_duration(quick, monkeypatch, mode):
     monkeypatch.setattr(show_rtl, "CHUNK", 1_000_000)

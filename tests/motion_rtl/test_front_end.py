@@ -259,6 +259,7 @@ def test_pulse_counted__count_exact__duration_as_the_rule_gives(motion, tm, leng
     assert motion.status("underrun") == 0
 
 
+@pytest.mark.full
 def test_pulse_counted__few_pulses__ends_early__as_published(motion):
     """At low pulse density the scheme is coarse: it is a tick-exact end that it misses."""
     plan = quick("30", "8")

@@ -22,6 +22,7 @@ def test_module_of_one_axis__within_its_size(name):
     assert within(name, found), found
 
 
+@pytest.mark.full
 @needs("yosys")
 def test_pulse_generator__on_7_series__as_small_as_the_published_one():
     found = area("pulse_generator", {}, "xc7")

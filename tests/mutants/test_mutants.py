@@ -118,6 +118,7 @@ def test_verdict__entry_changed__does_not_count(tmp_path: Path) -> None:
     assert verdict_of(same, tmp_path) == verdict_of(entry, tmp_path)
 
 
+@pytest.mark.full
 def test_faults__underflow_and_sticky_in_one_simulation__are_found_and_a_harmless_one_is_not(
     tmp_path: Path, monkeypatch
 ) -> None:

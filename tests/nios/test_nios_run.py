@@ -47,6 +47,7 @@ def test_status_of_the_program_is_never_lost(tmp_path, status, shown):
     assert main([str(write(tmp_path / "end.elf", printing("", status)))]) == shown
 
 
+@pytest.mark.quick("fpga2")
 @pytest.mark.parametrize("system", ["fpga1", "fpga2"])
 def test_hello_prints_and_calls_the_hardware_of_its_platform(system, capfdbinary):
     assert main(["--system", system, str(IMAGES / f"run/demo_hello_{system}.elf")]) == 0
@@ -135,6 +136,7 @@ def test_konata_counts_the_cycles_of_the_program(tmp_path, capfd):
         stages[0][1] for stages in reader.stages.values())) < 20  # fmt: skip
 
 
+@pytest.mark.full
 def test_timeline_opens_and_closes_each_function_in_its_caller(tmp_path, capfd):
     _, events = traced("tests/sort_quick.elf", 1_000_000, tmp_path)
     open_, names, last = [], set(), 0.0

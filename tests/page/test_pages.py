@@ -134,6 +134,7 @@ def test_run_page__comparison_beyond_its_bound__said_at_the_top(tmp_path):
     assert "feed 75%, jerk 25% of the time" in text
 
 
+@pytest.mark.quick("400")
 @pytest.mark.parametrize("ticks", [1, 400, 501])
 def test_run_page__few_ticks__before_and_behind_the_settling(ticks, tmp_path):
     page.write(tmp_path, shown(CIRCLE, most=ticks))

@@ -46,6 +46,7 @@ def test_interactive__curves_axes_and_titles_as_drawn(figure):
     assert pictures.least_width(made) == 2 * pictures.COLUMN_WIDTH
 
 
+@pytest.mark.full
 def test_save__three_files__the_interactive_one_is_drawn_by_a_browser(figure, tmp_path):
     file = tmp_path / "figure.svg"
     pictures.save(figure, file)

@@ -33,6 +33,7 @@ def test_default__is_the_strongest() -> None:
     assert subprocess.check_output(command, cwd=ROOT, env={}, text=True) == "-O3\n"
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("gcc", [True, False])
 def test_model__is_built_by_gcc_and_by_others(gcc, monkeypatch, tmp_path) -> None:
     """By GCC as users build it: at -O3, the sources that run once at -O0, the header compiled."""

@@ -257,12 +257,14 @@ def refused(*parameters: str) -> str:
     return done.stderr
 
 
+@pytest.mark.quick("1-2")
 @pytest.mark.parametrize(("pipes", "slots"), [(1, 2), (1, 3), (2, 1), (2, 2), (3, 3)])
 def test_core__shape_that_is_no_configuration__is_refused_at_elaboration(pipes, slots):
     said = refused(f"FmaPipes={pipes}", f"Slots={slots}")
     assert f"FmaPipes={pipes}, Slots={slots}, must be 2 and 3" in said
 
 
+@pytest.mark.quick("Bundles=1000")
 @pytest.mark.parametrize("size", ["Bundles=1000", "Bundles=2048", "DataWords=48", "DataWords=4096"])
 def test_core__memory_that_is_no_power_of_two_or_too_large__is_refused_at_elaboration(size):
     said = refused(size)

@@ -15,6 +15,7 @@ from asip_asm.project import ROOT
 from tests.security.sessions import DEADLINE, members, obey_signals
 
 
+@pytest.mark.quick("SIGTERM")
 @pytest.mark.parametrize("name", ["SIGTERM", "SIGINT", "SIGHUP"])
 def test_make_run__ends_with_its_workers(name, tmp_path):
     """TERM goes to make alone. INT and HUP come from a terminal, which sends them to all its

@@ -52,6 +52,7 @@ def falls(ma: np.ndarray) -> np.ndarray:
     return np.flatnonzero((ma[1:] == 0) & (ma[:-1] == 1)) + 1
 
 
+@pytest.mark.quick("26-10-0")
 @pytest.mark.parametrize(
     ("width", "bit_clocks", "delay"), [(26, 10, 0), (32, 6, 9), (33, 10, 37), (64, 62, 250)]
 )

@@ -136,7 +136,7 @@ def test_ideal_inverter__fundamental_of_the_compare_values_and_no_other_line():
         assert np.abs(found[n] * impedance(drives, n)).max() < most, f"line {n}"
 
 
-@pytest.mark.quick("file")
+@pytest.mark.full
 @pytest.mark.parametrize("name", ["file", "longer"])
 def test_dead_time__fundamental_lost_and_harmonics_of_a_square_wave_with_the_current(name):
     drives = INVERTERS[name]

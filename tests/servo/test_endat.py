@@ -191,6 +191,7 @@ def test_crc__is_that_of_published_values():
     assert check([0, *from_low(1000 << 32 | 1234324343, 25)]) == 29
 
 
+@pytest.mark.quick("25")
 @pytest.mark.parametrize("frame", FRAMES, ids=lambda frame: f"{frame.width}")
 def test_frame__position_and_errors_arrive_at_any_delay_with_one_pulse_a_bit(frame):
     """The first frame is slow and measures the delay; those after it are fast."""
@@ -222,6 +223,7 @@ def test_frame__position_and_errors_arrive_at_any_delay_with_one_pulse_a_bit(fra
             assert idles == end + frame.recovery
 
 
+@pytest.mark.quick("8")
 @pytest.mark.parametrize("delay", [8, 12, 13, 14, 26, 60])
 def test_delay_that_drifts__still_one_pulse_a_bit(delay):
     """By a third of a bit either way, also across a whole bit."""

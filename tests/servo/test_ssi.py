@@ -122,6 +122,7 @@ WORDS = [
 ]
 
 
+@pytest.mark.quick("25")
 @pytest.mark.parametrize("word", WORDS, ids=lambda word: f"{word.width}")
 def test_frame__position_and_alarm_arrive_at_any_delay_that_is_allowed(word):
     random = np.random.default_rng([SEED, word.width])
@@ -166,6 +167,7 @@ def test_frames_one_after_another__each_is_read():
     assert not found["lost"].any()
 
 
+@pytest.mark.quick("even")
 @pytest.mark.parametrize(
     ("word", "crc_error"),
     [
