@@ -49,6 +49,7 @@ BLOCKS = (
         "ssi_port",
         "endat_port",
         "absolute_position",
+        "sincos_position",
         "sinc3_timing",
         "sinc3_filter",
         "current_sense",

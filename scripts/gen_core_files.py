@@ -47,6 +47,7 @@ CORES = {
             "ssi_port",
             "endat_port",
             "absolute_position",
+            "sincos_position",
             "drive_chain",
         ],
     ),
