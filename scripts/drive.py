@@ -50,6 +50,7 @@ BLOCKS = (
         "endat_port",
         "absolute_position",
         "sincos_position",
+        "hall_decoder",
         "sinc3_timing",
         "sinc3_filter",
         "current_sense",

@@ -48,6 +48,7 @@ CORES = {
             "endat_port",
             "absolute_position",
             "sincos_position",
+            "hall_decoder",
             "drive_chain",
         ],
     ),

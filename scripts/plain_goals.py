@@ -51,6 +51,7 @@ AT_WORK = {
     "endat_port": SCENARIOS,
     "absolute_position": SCENARIOS,
     "sincos_position": SCENARIOS,
+    "hall_decoder": SCENARIOS,
 }
 # What an outcome depends on besides the RTL of its top. Other tests or programs give other work,
 # but the RTL and the plain Verilog that were equal stay equal.
