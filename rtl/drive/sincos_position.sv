@@ -138,8 +138,12 @@ module sincos_position #(
       $error("sincos_position: Width=%0d, Bits=%0d, must be 8..24 and 4..16, Bits at most Width", Width, Bits);
     end
     if (Least < 1 || Least >= Most || Most >= (1 << (Width - 1)) || After > 255) begin : gen_check_limits
-      $error("sincos_position: Least=%0d, Most=%0d, must rise from 1 and be below 2^(Width - 1), After=%0d at most 255",
-             Least, Most, After);
+      $error(
+          "sincos_position: Least=%0d, Most=%0d, must rise from 1 and be below 2^(Width - 1), After=%0d at most 255",
+          Least,
+          Most,
+          After
+      );
     end
   endgenerate
 `endif
