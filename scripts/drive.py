@@ -49,6 +49,8 @@ BLOCKS = (
         "ssi_port",
         "endat_port",
         "absolute_position",
+        "sincos_position",
+        "hall_decoder",
         "sinc3_timing",
         "sinc3_filter",
         "current_sense",

@@ -47,6 +47,8 @@ CORES = {
             "ssi_port",
             "endat_port",
             "absolute_position",
+            "sincos_position",
+            "hall_decoder",
             "drive_chain",
         ],
     ),

@@ -135,6 +135,16 @@ TOPS = (
         ("rtl/drive/absolute_position.f",),
         ("", "Width=20 Drop=4 Modulus=60000 Instant=8", "Width=64 Period=1250"),
     ),
+    Top(
+        "sincos_position",
+        ("rtl/drive/sincos_position.f",),
+        ("", "Width=16 Bits=4 Least=4096 Most=12288", "Width=24 Bits=16 Most=4194304 After=0"),
+    ),
+    Top(
+        "hall_decoder",
+        ("rtl/drive/hall_decoder.f",),
+        ("", "Bits=2 Filter=4 Limit=5", "Bits=16 Filter=255 Limit=16777215"),
+    ),
 )
 
 

@@ -50,6 +50,8 @@ AT_WORK = {
     "ssi_port": SCENARIOS,
     "endat_port": SCENARIOS,
     "absolute_position": SCENARIOS,
+    "sincos_position": SCENARIOS,
+    "hall_decoder": SCENARIOS,
 }
 # What an outcome depends on besides the RTL of its top. Other tests or programs give other work,
 # but the RTL and the plain Verilog that were equal stay equal.

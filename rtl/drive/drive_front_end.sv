@@ -46,7 +46,7 @@ module drive_front_end #(
     input  logic [Axes-1:0]   a_i,
     input  logic [Axes-1:0]   b_i,
     input  logic [Axes-1:0]   z_i,
-    input  logic [32*Axes-1:0] external_position_i,  // of absolute_position
+    input  logic [32*Axes-1:0] external_position_i,  // of absolute_position or hall_decoder
     input  logic [Axes-1:0]   external_fault_i,
     input  logic [8*Axes-1:0] external_count_i,
     output logic [Axes-1:0]   external_clear_o,

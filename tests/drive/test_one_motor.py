@@ -133,6 +133,8 @@ def test_crossover__makes_the_bandwidth_of_the_model():
 
 SSI = {"encoder": '"ssi"', "absolute_counts": "262144", "encoder_bits": "18"}
 ENDAT = SSI | {"encoder": '"endat"'}
+SINCOS = {"encoder": '"sincos"', "sine_periods": "512", "encoder_counts": "524288"}
+COARSE = {"encoder_counts": "8192", "inertia": "1e-7"}  # 16 a line
 ALONE = SSI | {"encoder": '"biss"', "encoder_lines": "false", "encoder_counts": "16384"}
 
 
@@ -160,7 +162,21 @@ ALONE = SSI | {"encoder": '"biss"', "encoder_lines": "false", "encoder_counts": 
         ({"current_range": "9.0"}, "axes trip at 1.3 of the rated current"),
         ({"L_q": "6e-3"}, "must be within 3 times"),
         ({"encoder": '"endat3"'}, 'encoder = \'endat3\': not supported; .*"biss": .*"endat": '),
-        ({"encoder": '"hall"'}, "not supported; the current loop takes counts of A and B"),
+        (SINCOS | {"encoder_counts": "5e5"}, r"sine_periods = 512 times 16, 32, .*; correct one"),
+        (SINCOS | {"sine_periods": "512.5", "encoder_counts": "524800"}, "has no part of a line"),
+        (SINCOS | {"encoder_counts": "8388608"}, "counts a clock at 1000 rad/s .* divide them by"),
+        (
+            SINCOS | {"sine_periods": "4096"},
+            "lines in the .* s of a sample .*; an encoder with fewer",
+        ),
+        (
+            SINCOS | COARSE | {"sine_gain": "0.2", "sine_offset": "0.1", "sine_noise": "0.02"},
+            "an acceleration by the rated current, and the errors of the lines, move .* smaller",
+        ),
+        (SINCOS | {"sine_periods": None}, r"sine_periods: missing; add a line sine_periods = "),
+        (SINCOS | {"encoder_lines": "false"}, r"encoder_lines: of an absolute encoder; write"),
+        ({"sine_gain": "0.01"}, r"sine_gain: of sine and cosine lines; write encoder = \"sincos\""),
+        ({"encoder": '"hall"'}, 'not supported; the start-up needs fine counts.*"sincos"'),
         ({"encoder": "1"}, "encoder = 1: not supported"),
         (
             {"encoder_offset": "0.5"},
@@ -539,3 +555,56 @@ def test_page__has_the_shipped_file_and_every_key():
     assert block.text == TEXT
     text = page.read_text(encoding="utf-8")
     assert [name for name in (*KEYS, *FLAGS, *CHOICES) if f"`{name}`" not in text] == []
+
+
+def test_sine_and_cosine__parameters_of_both_blocks(tmp_path):
+    """Windows of 3 x 32 bits of 6 clocks; both blocks are built with them."""
+    one = load(changed(tmp_path, **SINCOS))
+    assert one.port_name == "sincos_position"
+    assert one.port == {"Width": 16, "Bits": 10, "Least": 4096, "Most": 12288, "After": 4}
+    assert {name: one.counter[name] for name in ("Width", "Period", "Instant", "Periods")} == {
+        "Width": 10,
+        "Period": 624,
+        "Instant": 285,
+        "Periods": 4,
+    }
+    assert one.frame_clocks == 96 * 6 + 4 + 13 + 6 - 285 and one.frame_clocks + 285 < 624
+    port = Clocked("sincos_position", ("sample", "valid", "sine"), ("done", "good"), one.port)
+    sample, valid = np.eye(40, dtype=int)[[1, 3]]
+    found = port.run(40, sample=sample, valid=valid, sine=8192)
+    assert np.flatnonzero(found["done"] & found["good"]).tolist() == [3 + 13]
+    block = Clocked("absolute_position", ("done",), ("request",), one.counter)
+    assert np.flatnonzero(block.run(700)["request"]).tolist() == [623]
+
+
+def test_sine_and_cosine__every_goal_is_met_as_with_lines_a_and_b(tmp_path, capsys, rotary):
+    """The current loop of the same motor has the same bandwidth, within twice the scatter of the
+    measurement, and margin."""
+    results = tmp_path / "motor.json"
+    assert main([str(changed(tmp_path, **SINCOS)), "--results", str(results)]) == 0
+    found = json.loads(results.read_text())
+    assert set(found["encoder_error_degrees"]) == {"in all motions"}
+    assert "sincos_position" in capsys.readouterr().out
+    loop = found["current_loop"]
+    assert loop["bandwidth_hz"] == pytest.approx(rotary.current.bandwidth, rel=0.05)
+    assert loop["margin_degrees"] == pytest.approx(rotary.current.margin, abs=1.0)
+
+
+def test_sine_and_cosine__errors_of_the_lines_are_errors_of_the_angle(tmp_path):
+    """An offset of o by o / (2 pi) lines, amplitudes apart by g by g / (4 pi), in a slow motion."""
+    quiet = {"sine_offset": "0", "sine_gain": "0", "sine_noise": "0"}
+    for name, value, share in (
+        ("sine_offset", 0.05, 0.05 / (2 * math.pi)),
+        ("sine_gain", 0.1, 0.1 / (4 * math.pi)),
+        ("sine_noise", 0.0, 0.0),
+    ):
+        one = load(changed(tmp_path, **SINCOS | quiet | {name: str(value)}))
+        bench = Bench(one)
+        bench.current_loop(one.motor, bench.truth["angle"], 5000.0)
+        bench.run(np.full((1200, 1), 0.3 * one.motor.force_per_ampere * one.motor.i_max))
+        turned = bench.truth["x"] * 512 / (2 * math.pi)
+        line = 360 * one.motor.wave / 512
+        assert turned > 5
+        count = math.degrees(one.resolution * one.motor.wave)
+        # Three samples with weights of 2, 1 and 1 at most, and four counts.
+        assert 0.9 * share * line <= bench.off()[1] <= 4 * share * line + 4 * count

@@ -37,6 +37,8 @@ LISTS = {
     "ssi_port": ["drive/ssi_port.f"],
     "endat_port": ["drive/endat_port.f"],
     "absolute_position": ["drive/absolute_position.f"],
+    "sincos_position": ["drive/sincos_position.f"],
+    "hall_decoder": ["drive/hall_decoder.f"],
     "ethercat_slave": ["ethercat/ethercat.f"],
     "motion_front_end": ["motion/motion.f"],
     "n2_core": ["nios/n2_core.f"],

@@ -95,6 +95,8 @@ OTHER_LISTS = [
     ("drive/ssi_port.f", "ssi_port"),
     ("drive/endat_port.f", "endat_port"),
     ("drive/absolute_position.f", "absolute_position"),
+    ("drive/sincos_position.f", "sincos_position"),
+    ("drive/hall_decoder.f", "hall_decoder"),
     ("dual/dual.f", "dual_asip"),
     ("debug/debug.f", "debug_asip"),
     ("ethercat/ethercat.f", "ethercat_slave"),

@@ -242,5 +242,9 @@ PLAIN_WORK = {
     "absolute_position": Work(
         "absolute_position", tests_only("servo/test_absolute_position.py", only="own_size")
     ),
+    "sincos_position": Work(
+        "sincos_position", tests_only("servo/test_sincos_position.py", only="own_size")
+    ),
+    "hall_decoder": Work("hall_decoder", tests_only("servo/test_hall_decoder.py", only="own_size")),
     "biss_port": Work("biss_port", tests_only("servo/test_biss_port.py", only=OWN_SIZE)),
 }

@@ -6,6 +6,7 @@
 // chain_harness.cpp and rtl/drive/sinc3_filter.sv have them.
 #include <cmath>
 #include <cstring>
+#include <random>
 
 #include "plant.h"
 
@@ -50,9 +51,33 @@ struct Frames {
   }
 };
 
+// Sine and cosine lines, as rtl/drive/sincos_position.sv reads them: the position by the arctangent of both, its
+// lines by the shorter way from the sample before.
+struct SineLines {
+  double size = 0;                         // counts of a line; 0: another encoder
+  double offset = 0, gain = 0, noise = 0;  // of the sine, of its amplitude; rms of both samples
+  int64_t count = 0;
+  bool known = false;
+  std::mt19937_64 random{1};
+  std::normal_distribution<double> normal;
+
+  int64_t read(double position) {
+    const double angle = 2 * M_PI * position / size;
+    const double sine = (1 + gain) * std::sin(angle) + offset + noise * normal(random);
+    const double cosine = std::cos(angle) + noise * normal(random);
+    const int64_t line = std::llround(size), word = std::llround(std::floor(std::atan2(sine, cosine) / (2 * M_PI) * size + 0.5));
+    if (!known) count = std::llround(position), known = true;
+    int64_t way = (word - count) % line;
+    if (way < -line / 2) way += line;
+    if (way >= line / 2) way -= line;
+    return count += way;
+  }
+};
+
 struct Bench {
   servo::Parameters p;
   Frames frames;
+  SineLines sines;
   double begun = 0;                                      // clocks before this half
   double off_square = 0, off_most = 0, off_samples = 0;  // of the counts from the position
   double inertia, load;  // kg or kg m2; constant force against positive motion
@@ -186,7 +211,7 @@ struct Bench {
       solve(now, until, edge);
       now = until;
       if (now == next_bit && now < kHalf) bit(now), next_bit += kBit;
-      if (now == frames.next - begun) frames.act(begun + now), frames.instant(begun + now, whole() - start);
+      if (now == frames.next - begun) frames.act(begun + now), frames.instant(begun + now, seen() - start);
       if (!sampled && now >= end) run(row, values, out), sampled = true;
     }
     begun += kHalf;
@@ -198,6 +223,9 @@ struct Bench {
     }
     up = !up;
   }
+
+  // The position that the encoder gives; a sample that is lost counts no lines.
+  int64_t seen() { return sines.size > 0 && !frames.lose ? sines.read((x + v * since * kClock) / axis().resolution) : whole(); }
 
   int64_t whole() const { return std::llround(std::floor((x + v * since * kClock) / axis().resolution + 0.5)); }
 
@@ -242,6 +270,8 @@ void* bench_new(const servo::Parameters* p, const double* rest) {
   b->window = rest[3], b->end = rest[4], b->least = rest[5];
   b->frames.period = rest[6], b->frames.late = rest[7];
   if (rest[6] > 0) b->frames.next = rest[6];
+  if (rest[8] > 0) b->sines.size = std::exp2(rest[8]);
+  b->sines.offset = rest[9], b->sines.gain = rest[10], b->sines.noise = rest[11];
   b->prepare();
   return b;
 }

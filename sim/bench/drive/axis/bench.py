@@ -91,7 +91,11 @@ class Bench:
         record = _record(plant, angle)
         serial = (one.counter.get("Period", 0), one.frame_clocks)
         rest = np.array(
-            [plant.inertia, 0.0, at, WINDOW, END, least_clocks(one), *serial], dtype=float
+            [
+                *(plant.inertia, 0.0, at, WINDOW, END, least_clocks(one), *serial),
+                *(one.port.get("Bits", 0), *one.sine_errors),
+            ],
+            dtype=float,
         )
         self._handle = self._lib.bench_new(record.ctypes.data, rest.ctypes.data)
         self.scale = one.current_scale * one.setting().ampere_per_count
@@ -121,7 +125,7 @@ class Bench:
         return rms, largest
 
     def lose(self, frames: int) -> None:
-        """So many next frames of an encoder without lines A and B are bad."""
+        """So many next frames or samples of an encoder without lines A and B are bad."""
         self._lib.bench_lose(self._handle, frames)
 
     def absolute(self) -> int:

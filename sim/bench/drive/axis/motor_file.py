@@ -65,11 +65,13 @@ class SerialLine:
 
 
 INCREMENTAL, BISS, SSI, ENDAT = "incremental", "biss", "ssi", "endat"
+SINCOS = "sincos"
 ENCODERS = {
     INCREMENTAL: "lines A and B",
     BISS: "lines A and B, and the position over BiSS-C at the start (`biss_port`)",
     SSI: "lines A and B, and the position over SSI at the start (`ssi_port`)",
     ENDAT: "lines A and B, and the position over EnDat at the start (`endat_port`)",
+    SINCOS: "sine and cosine lines (`sincos_position`)",
 }
 ABSOLUTE = (BISS, SSI, ENDAT)
 LINES = {
@@ -87,6 +89,12 @@ ANSWER = {BISS: 5e-6, SSI: 0.0, ENDAT: 5e-6}
 REST = {BISS: 20e-6, SSI: 1e-6, ENDAT: ENDAT_RECOVERY + 1e-6}
 SSI_MONOFLOP = 25e-6
 SERIAL_LINE = ("encoder_bits", "encoder_clock")
+# Sine and cosine lines: windows of both filters, their samples, a period that is whole bits, and
+# the amplitude, a half of the full scale.
+SINE_RATE, SINE_BIT, SINE_WIDTH, SINE_PERIOD = 32, 6, 16, 624
+SINE_AMPLITUDE = SINE_RATE**3 // 4
+MOST_OF_A_LINE = 7 / 16  # in a period
+SINE_ERROR, SINE_NOISE = 0.005, 5e-4  # of the amplitude
 ACTS = 6  # clocks of `absolute_position`
 ALLOWED_PERIODS = 4  # without a good frame
 JUMP_MARGIN = 2.0  # of the greatest acceleration
@@ -124,6 +132,20 @@ KEYS = {
         needed=False,
         encoders=ABSOLUTE,
     ),
+    "sine_periods": Key("1", 1, 1e7, "lines of a turn, or of a metre", encoders=(SINCOS,)),
+    "sine_offset": Key(
+        *("1", 0.0, 0.1, "offset of the sine, of its amplitude"), needed=False, encoders=(SINCOS,)
+    ),
+    "sine_gain": Key(
+        *("1", -0.2, 0.2, "by how much the sine is larger than the cosine"),
+        needed=False,
+        encoders=(SINCOS,),
+    ),
+    "sine_noise": Key(
+        *("1", 0.0, 0.02, "noise of a sample, rms, of the amplitude"),
+        needed=False,
+        encoders=(SINCOS,),
+    ),
     "current_bandwidth": Key("Hz", 500.0, MOST_CURRENT_BANDWIDTH, "-3 dB of the current loop"),
     "velocity_bandwidth": Key("Hz", 2.0, MOST_VELOCITY_BANDWIDTH, "-3 dB of the velocity loop"),
     "friction": Key("N m or N", 0.0, 1e4, "Coulomb friction", needed=False),
@@ -154,8 +176,10 @@ class OneMotor:
     infinite of a rotary motor; bandwidths: of the current and velocity loops [Hz]. encoder: of
     `ENCODERS`; absolute: travel of a position over its serial line; encoder_offset: electrical
     angle where that position is 0 [rad], None: the start-up finds it; port: parameters of the port
-    of `LINES`, empty of other encoders; counter: those of `absolute_position`, empty with lines A
-    and B; frame_clocks: from the encoder's instant until the count has its position.
+    of `LINES` or of `sincos_position`, empty of other encoders; counter: those of
+    `absolute_position`, empty with lines A and B; frame_clocks: from the encoder's instant until
+    the count has its position; sine_errors: offset of the sine, its gain, noise, shares of the
+    amplitude.
     """
 
     kind: str
@@ -180,6 +204,7 @@ class OneMotor:
     port: Mapping[str, int] = field(default_factory=dict)
     counter: Mapping[str, int] = field(default_factory=dict)
     frame_clocks: int = 0
+    sine_errors: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @property
     def motors(self) -> tuple[Motor, ...]:
@@ -187,7 +212,9 @@ class OneMotor:
 
     @property
     def port_name(self) -> str:
-        """Module that reads the serial line with the parameters `port`; empty without them."""
+        """Module that reads the encoder with the parameters `port`; empty without them."""
+        if self.encoder == SINCOS:
+            return "sincos_position"
         return LINES[self.encoder].port if self.port else ""
 
     @property
@@ -235,8 +262,8 @@ def _checked(content: Mapping[str, Any]) -> dict[str, Any]:
         known_ones = "; ".join(f'"{name}": {text}' for name, text in ENCODERS.items())
         raise _Wrong(
             "encoder",
-            f" = {encoder!r}: not supported; the current loop takes counts of A and B. Write one "
-            f"of {known_ones}",
+            f" = {encoder!r}: not supported; the start-up needs fine counts. Write one of "
+            f"{known_ones}",
         )
     encoders: dict[str, tuple[str, ...]] = {**FLAGS}
     encoders |= {name: having for name, (having, _) in CHOICES.items()}
@@ -251,7 +278,8 @@ def _checked(content: Mapping[str, Any]) -> dict[str, Any]:
     for name, having in encoders.items():
         if name in content and encoder not in having:
             ones = " or ".join(f'"{one}"' for one in having)
-            raise _Wrong(name, f": of an absolute encoder; write encoder = {ones}, or remove it")
+            what = "sine and cosine lines" if having == (SINCOS,) else "an absolute encoder"
+            raise _Wrong(name, f": of {what}; write encoder = {ones}, or remove it")
     if line := LINES.get(encoder) if alone or encoder != BISS else None:
         known["encoder_bits"] = replace(known["encoder_bits"], high=line.bits)
         known["encoder_clock"] = replace(
@@ -342,6 +370,8 @@ def _made(values: Mapping[str, Any]) -> OneMotor:
     )
     if values.get("encoder_lines") is False:
         one = _alone(one, values)
+    if one.encoder == SINCOS:
+        one = _sincos(one, values)
     for name, wrong, text in _possible(one, values):
         if wrong:
             raise _Wrong(name, f" = {values.get(name, 0.0):g}{text}")
@@ -415,8 +445,7 @@ def _alone(one: OneMotor, values: Mapping[str, Any]) -> OneMotor:
             f" = {values['encoder_counts']:g}: {speed:.3g} counts a clock at {FASTEST:g} rad/s "
             "electrical, without lines A and B at most 1; divide them by a power of two",
         )
-    push = JUMP_MARGIN * OVERCURRENT * motor.force_per_ampere * motor.i_max / one.inertia
-    jump = push / one.resolution * CLOCK**2 * period * (period + frame + ACTS)
+    jump = _jump(one, period, frame)
     slow = port.get("MeasureClocks", 0) * (port["Width"] + 19)
     counter = {
         "Width": port["Width"],
@@ -428,6 +457,77 @@ def _alone(one: OneMotor, values: Mapping[str, Any]) -> OneMotor:
         "Periods": ALLOWED_PERIODS + math.ceil(slow / period),
     }
     return replace(one, counter=counter, frame_clocks=frame + ACTS)
+
+
+def _sincos(one: OneMotor, values: Mapping[str, Any]) -> OneMotor:
+    """With the count of `sincos_position` and `absolute_position`. Raises _Wrong."""
+    lines, counts = values["sine_periods"], values["encoder_counts"]
+    bits = round(math.log2(counts / lines)) if counts > lines else 0
+    if not 4 <= bits <= 16 or abs(counts / lines / 2**bits - 1) > 1e-9:
+        raise _Wrong(
+            "encoder_counts",
+            f" = {counts:g}: with sine and cosine lines they are sine_periods = {lines:g} times "
+            "16, 32, 64, ... or 65536; correct one of both",
+        )
+    if one.kind != LINEAR and lines != int(lines):
+        raise _Wrong("sine_periods", f" = {lines}: a turn has no part of a line; a whole number")
+    period, instant = SINE_PERIOD, (3 * SINE_RATE - 1) * SINE_BIT // 2
+    frame = 3 * SINE_RATE * SINE_BIT + 4 + bits + 3 + ACTS - instant
+    speed = FASTEST / (one.motor.wave * one.resolution) * CLOCK
+    if speed > 1:
+        raise _Wrong(
+            "encoder_counts",
+            f" = {counts:g}: {speed:.3g} counts a clock at {FASTEST:g} rad/s electrical, at most "
+            "1; divide them by a power of two",
+        )
+    if speed * period > MOST_OF_A_LINE * 2**bits:
+        raise _Wrong(
+            "sine_periods",
+            f" = {lines:g}: {speed * period / 2**bits:.3g} lines in the {period * CLOCK:.3g} s of "
+            f"a sample at {FASTEST:g} rad/s electrical, at most {MOST_OF_A_LINE:g}; an encoder "
+            "with fewer",
+        )
+    offset = float(values.get("sine_offset", SINE_ERROR))
+    gain = float(values.get("sine_gain", SINE_ERROR))
+    noise = float(values.get("sine_noise", SINE_NOISE))
+    # Errors of the lines act in three samples at most twice, as `absolute_position` has it.
+    wrong = 4 * (offset + abs(gain) / 2 + 6 * noise) / (2 * math.pi) * 2**bits
+    jump = math.ceil(_jump(one, period, frame - ACTS) + wrong) + 3
+    if jump > MOST_OF_A_LINE * 2**bits:
+        raise _Wrong(
+            "sine_periods",
+            f" = {lines:g}: an acceleration by the rated current, and the errors of the lines, "
+            f"move the position by {jump / 2**bits:.3g} lines in a sample, at most "
+            f"{MOST_OF_A_LINE:g}; smaller errors, more encoder_counts, an encoder with fewer "
+            "lines, or a larger inertia",
+        )
+    counter = {
+        "Width": bits,
+        "Drop": 0,
+        "Modulus": 0,
+        "Period": period,
+        "Instant": instant,
+        "MostJump": jump,
+        "Periods": ALLOWED_PERIODS,
+    }
+    port = {
+        "Width": SINE_WIDTH,
+        "Bits": bits,
+        "Least": SINE_AMPLITUDE // 2,
+        "Most": SINE_AMPLITUDE * 3 // 2,
+        "After": ALLOWED_PERIODS,
+    }
+    return replace(
+        one, port=port, counter=counter, frame_clocks=frame, sine_errors=(offset, gain, noise)
+    )
+
+
+def _jump(one: OneMotor, period: int, frame: int) -> float:
+    """Counts by which the motor can leave the extrapolated position until a frame acts; both in
+    clocks."""
+    motor = one.motor
+    push = JUMP_MARGIN * OVERCURRENT * motor.force_per_ampere * motor.i_max / one.inertia
+    return push / one.resolution * CLOCK**2 * period * (period + frame + ACTS)
 
 
 def _even_clocks(time: float) -> int:
@@ -482,7 +582,7 @@ def _possible(one: OneMotor, values: Mapping[str, Any]) -> Iterator[tuple[str, b
         ": must be a whole number, a turn has no part of a position",
     )
     positions = (one.travel if linear else 2 * math.pi) / one.absolute
-    bits = one.port.get("Width", 64)
+    bits = 64 if one.encoder == SINCOS else one.port.get("Width", 64)
     yield (
         *("encoder_bits", round(positions) > 1 << bits),
         f": {positions:.6g} positions of {'the travel' if linear else 'a turn'} need "

@@ -1,0 +1,1 @@
+rtl/drive/hall_decoder.sv

@@ -1,0 +1,1 @@
+rtl/drive/sincos_position.sv
