@@ -316,7 +316,7 @@ def stops(order: Order, report: Report) -> Iterator[Goal]:
     note = f"the longest by {max(longer, default=0.0):.2f} increments of the encoder"
     yield at_most(about, len(longer), 0, "stops", note)
     about = f"{about} by more than an increment of the encoder"
-    yield at_most(about, sum(excess > random_stops.INCREMENT for excess in longer), 0, "stops")
+    yield at_most(about, sum(stop.too_far for stop in found), 0, "stops")
 
 
 def objects(order: Order, report: Report) -> Iterator[Goal]:

@@ -74,7 +74,8 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Of a test marked `quick`, the cases that match no pattern are marked `full`.
 
-    A pattern that matches no case is an error, unless single tests were asked for.
+    A mark without a pattern is an error, and so is a pattern that matches no case, unless single
+    tests were asked for.
     """
     unused: dict[tuple[str, str], bool] = {}
     for item in items:
@@ -82,7 +83,9 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         if mark is None:
             continue
         test = item.nodeid.split("[")[0]
-        case = item.callspec.id if isinstance(item, pytest.Function) else ""
+        if not mark.args:
+            raise pytest.UsageError(f"{test}: quick() names no case; write full, or a pattern")
+        case = item.callspec.id if hasattr(item, "callspec") else ""
         matched = [fnmatch.fnmatchcase(case, pattern) for pattern in mark.args]
         for pattern, found in zip(mark.args, matched, strict=True):
             unused[test, pattern] = unused.get((test, pattern), True) and not found

@@ -45,6 +45,19 @@ def test_pattern_without_a_case__is_an_error(selected):
     result.stderr.fnmatch_lines(["*test_unit: quick('div') matches no case of this test"])
 
 
+def test_no_pattern__is_an_error(selected):
+    result = selected("")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["*test_unit: quick() names no case*"])
+
+
+def test_test_without_cases__is_an_error(selected, pytester):
+    pytester.makepyfile(test_alone="import pytest\n\n@pytest.mark.quick('a')\ndef test_a(): pass")
+    result = selected('"mul"')
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["*test_a: quick('a') matches no case of this test"])
+
+
 def test_single_test_asked_for__other_patterns_are_not_judged(selected, pytester):
     name = "test_single_test_asked_for__other_patterns_are_not_judged.py::test_unit[mul]"
     selected('"add-*", "mul"', name).assert_outcomes(passed=1)

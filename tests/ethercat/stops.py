@@ -106,13 +106,10 @@ class Stop:
 
     kind: str
     mode: int
-    before: (
-        float  # the speed at the stop: when it was measured, or a tick later if it is higher then
-    )
+    before: float  # the speed at the stop: the higher of its sample's and of a tick later
     highest: float  # after it
     distance: float
     shortest: float  # braking from `before`, and a tick
-    noise: float  # an increment, and braking from the error of a measured speed
 
     @property
     def ratio(self) -> float:
@@ -121,7 +118,7 @@ class Stop:
 
     @property
     def too_far(self) -> bool:
-        return self.distance > self.shortest + self.noise
+        return self.distance > self.shortest + INCREMENT
 
 
 def situation(seed: int) -> Stop:
@@ -189,7 +186,6 @@ def situation(seed: int) -> Stop:
         highest=max(map(abs, speeds)),
         distance=distance,
         shortest=before**2 / brake + before * TICK,
-        noise=INCREMENT + NOISE**2 / brake,
     )
 
 
