@@ -15,10 +15,6 @@ from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 
 from asip_asm.allocate import allocate_registers
@@ -228,6 +224,11 @@ def run_tick(image: Image) -> tuple[int, int, dict[str, int]]:
 
 def plot(points: list[Point], path: Path) -> None:
     """Cycles over the number of axes."""
+    import matplotlib  # here: the tests load it only to draw
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
     matplotlib.rcParams["svg.hashsalt"] = "microtick"  # the same file from the same data
     figure, plane = plt.subplots(figsize=(6.5, 4.2), layout="constrained")
     for configuration in default_isa().without_streams:

@@ -5,11 +5,22 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 
 from asip_asm.project import ROOT
 
 RTL = ROOT / "rtl"
+
+
+@cache
+def _used(text: str) -> list[str]:
+    """Names in a file before `::`, and those that may be of an instantiated module."""
+    text = re.sub(r"//[^\n]*", "", text)
+    used = re.findall(r"\b(\w+)(?=::)", text) + re.findall(
+        r"^\s*(\w+)\s+(?:#\s*\(|\w+\s*\()", text, re.M
+    )
+    return list(dict.fromkeys(used))
 
 
 def sources_of(top: str, folders: Sequence[Path] = (RTL,)) -> list[Path]:
@@ -27,11 +38,7 @@ def sources_of(top: str, folders: Sequence[Path] = (RTL,)) -> list[Path]:
     def visit(name: str) -> None:
         if name in order:
             return
-        text = re.sub(r"//[^\n]*", "", files[name].read_text())
-        used = re.findall(r"\b(\w+)(?=::)", text) + re.findall(
-            r"^\s*(\w+)\s+(?:#\s*\(|\w+\s*\()", text, re.M
-        )
-        for other in dict.fromkeys(used):
+        for other in _used(files[name].read_text()):
             if other in files and other != name:
                 visit(other)
         order.append(name)

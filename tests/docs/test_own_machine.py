@@ -8,7 +8,6 @@ import importlib.util
 import os
 import re
 
-import matplotlib.image
 import numpy as np
 import pytest
 
@@ -108,7 +107,9 @@ def test_scara__cycles_of_the_image__errors_within_bounds__as_the_page_shows(pri
 
 
 def test_scara__plot__drawn(printed, folder):
-    picture = matplotlib.image.imread(folder / "track.png")
+    from matplotlib.image import imread  # here: it takes long, and every worker loads this file
+
+    picture = imread(folder / "track.png")
     colours = {tuple(pixel) for pixel in np.round(picture[..., :3], 1).reshape(-1, 3).tolist()}
     assert picture.shape[0] > 500 and len(colours) > 10
 

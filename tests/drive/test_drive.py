@@ -7,7 +7,6 @@ import math
 
 import numpy as np
 import pytest
-from scipy import signal
 from scipy.integrate import solve_ivp
 
 from sim.bench.cnc import servo as drive_servo
@@ -224,6 +223,8 @@ def linear(servo: drive_servo.Servo) -> tuple[np.poly1d, np.poly1d, np.poly1d]:
 
 @pytest.mark.parametrize("reading", drive_servo.READINGS)
 def test_load_step__agrees_with_a_linear_system_of_scipy(reading):
+    from scipy import signal
+
     servo = drive_servo.Servo(reading=reading, friction=0.0)
     stiff, load, _ = linear(servo)
     system = signal.lti((drive_servo.LOAD_TORQUE * load).coeffs, stiff.coeffs)
@@ -235,6 +236,8 @@ def test_load_step__agrees_with_a_linear_system_of_scipy(reading):
 
 @pytest.mark.parametrize("reading", drive_servo.READINGS)
 def test_step_of_the_target__agrees_with_a_linear_system_of_scipy(reading):
+    from scipy import signal
+
     servo = drive_servo.Servo(reading=reading, friction=0.0)
     stiff, _, target = linear(servo)
     counts = 100_000

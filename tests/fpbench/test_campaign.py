@@ -9,7 +9,6 @@ import sys
 from pathlib import Path
 
 import pytest
-from dask.distributed import LocalCluster
 
 from sim.core.fpbench import campaign, native, plan, report
 from sim.core.fpbench.__main__ import main, size
@@ -46,6 +45,8 @@ def test_campaign__stopped_after_a_shard__goes_on_with_the_others(tmp_path: Path
 
 
 def test_campaign__scheduler_given__runs_there_and_failures_do_not_stop_it(tmp_path: Path) -> None:
+    from dask.distributed import LocalCluster
+
     task = campaign.task_of(SHARDS[0], tmp_path)
     stale = campaign.Task(SHARDS[1], task.unit, "0123456789abcdef", tmp_path / "stale.json")
     seen, failed = [], []

@@ -12,7 +12,6 @@ import msgspec
 import numpy as np
 import pyarrow.parquet
 import pytest
-import scipy.signal
 from mcap.reader import make_reader
 
 from sim.debug.scope.export import FORMATS
@@ -124,10 +123,12 @@ def test_trigger__settings_that_cannot_be__are_refused(change, said):
 @pytest.mark.parametrize("amplitude", [1.0, -3e-6])
 @pytest.mark.parametrize("zeta", [0.3, 0.6])
 def test_step_response__second_order__agrees_with_the_textbook(zeta, amplitude):
+    from scipy import signal
+
     omega, period = 50.0, 1e-4
-    system = scipy.signal.TransferFunction([omega**2], [1.0, 2 * zeta * omega, omega**2])
+    system = signal.TransferFunction([omega**2], [1.0, 2 * zeta * omega, omega**2])
     time = np.arange(20_000) * period
-    _, y = scipy.signal.step(system, T=time)
+    _, y = signal.step(system, T=time)
     found = measure(7.0 + amplitude * y if amplitude == 1.0 else amplitude * y, amplitude, period)
     damped = np.sqrt(1 - zeta**2)
     assert found.overshoot == pytest.approx(np.exp(-np.pi * zeta / damped), rel=1e-3)

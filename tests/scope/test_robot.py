@@ -10,7 +10,6 @@ import struct
 
 import numpy as np
 import pytest
-import scipy.signal
 from rich.console import Console
 
 from sim.debug.packets import line_bits
@@ -133,9 +132,11 @@ def test_scope_that_goes_away__leaves_the_loop_running():
 def textbook(f: float) -> tuple[float, float]:
     """Overshoot and rise time [s] of the loop that (28) and (36) make with a rigid axis: set-point
     to position (K_P s + K_I)/(s^3 + K_V s^2 + K_P s + K_I), gains as in `Robot`."""
+    from scipy import signal
+
     w = 2 * np.pi * f
     time = np.arange(STEP_TICKS) * ROBOT.T_s
-    _, y = scipy.signal.step(([3 * w**2, w**3], [1, 3 * w, 3 * w**2, w**3]), T=time)
+    _, y = signal.step(([3 * w**2, w**3], [1, 3 * w, 3 * w**2, w**3]), T=time)
     rise = np.interp([0.1, 0.9], y[: y.argmax()], time[: y.argmax()])
     return y.max() - 1.0, rise[1] - rise[0]
 

@@ -13,7 +13,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy import signal
 
 from sim.bench.drive.response import (
     AMPLITUDE,
@@ -37,6 +36,8 @@ DEVIATIONS = 4  # of a complex line: 1 in 10^7 is beyond
 
 def held(motor: Motor, time: float) -> tuple[float, float]:
     """(share of a current that is left, amperes a volt makes) [1, A/V] after a time."""
+    from scipy import signal
+
     r, inductance = motor.R + DRIVES.drop_resistance, motor.L_q
     system = [np.array([[v]]) for v in (-r / inductance, 1 / inductance, 1.0, 0.0)]
     a, b, *_ = signal.cont2discrete(system, time, "zoh")

@@ -20,7 +20,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 from numpy.typing import NDArray
 from rich.console import Console
@@ -43,9 +42,6 @@ from sim.robot.stamps import StampedPlant
 from sim.robot.tracking import run
 from sim.rtl.build import BuildError
 from sim.rtl.processes import processes
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
 
 PROGRAMS = {
     "difference": "tracking_optimised",
@@ -206,6 +202,11 @@ def _list(method: dict[str, Any], names: Sequence[str]) -> str:
 
 def plot(document: dict[str, Any], file: Path) -> None:
     """The force of a leg with each method, over the ticks `SHOWN`."""
+    import matplotlib  # here: the tests load it only to draw
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
     matplotlib.rcParams["svg.hashsalt"] = "microtick"  # the same file from the same data
     methods = document["methods"]
     figure, rows = plt.subplots(
