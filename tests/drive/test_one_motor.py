@@ -3,11 +3,14 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 import re
-from dataclasses import replace
+from contextlib import redirect_stdout
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -28,6 +31,7 @@ from sim.bench.drive.axis.motor_file import (
     KEYS,
     OFFSET,
     MotorFileError,
+    OneMotor,
     load,
 )
 from sim.bench.drive.axis.random_motors import motors
@@ -66,9 +70,35 @@ def changed(folder: Path, **keys: str | None) -> Path:
     return file
 
 
+@dataclass(frozen=True)
+class Command:
+    """The command with a file: its exit status, what it printed, its results, what it found."""
+
+    status: int
+    printed: str
+    results: Path
+    result: Result
+
+
 @pytest.fixture(scope="module")
-def rotary() -> Result:
-    return bring_up(load(FILE), angle=-2.1)
+def shipped(tmp_path_factory) -> Command:
+    """With the shipped file, of a motor at another angle than the command's."""
+    results = tmp_path_factory.mktemp("shipped") / "motor.json"
+    found: list[Result] = []
+
+    def elsewhere(one: OneMotor, **options: Any) -> Result:
+        found.append(bring_up(one, angle=-2.1, **options))
+        return found[-1]
+
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(io.StringIO()) as printed:
+        patch.setattr("sim.bench.drive.axis.command.bring_up", elsewhere)
+        status = main([str(FILE), "--results", str(results)])
+    return Command(status, printed.getvalue(), results, *found)
+
+
+@pytest.fixture(scope="module")
+def rotary(shipped) -> Result:
+    return shipped.result
 
 
 def missed(result: Result) -> list[str]:
@@ -253,19 +283,18 @@ def test_file__line_is_that_of_the_key(tmp_path):
         load(file)
 
 
-def test_command__writes_results_page_and_programs(tmp_path, capsys):
-    results = tmp_path / "motor.json"
-    assert main([str(FILE), "--results", str(results)]) == 0
-    found = json.loads(results.read_text())
+def test_command__writes_results_page_and_programs(shipped):
+    assert shipped.status == 0
+    found, folder = json.loads(shipped.results.read_text()), shipped.results.parent
     assert found["identified"]["R"]["found"] == pytest.approx(0.8, rel=0.05)
     assert found["current_loop"]["bandwidth_hz"] >= 3000
     assert all(goal["met"] for goal in found["goals"])
-    assert (tmp_path / "motor.html").read_text().count("<figure") == 5
-    assert {path.stem for path in (tmp_path / "motor").glob("*.s")} == {
+    assert (folder / "motor.html").read_text().count("<figure") == 5
+    assert {path.stem for path in (folder / "motor").glob("*.s")} == {
         "current_loop",
         "velocity_loop",
     }
-    assert "flux" in capsys.readouterr().out
+    assert "flux" in shipped.printed
 
 
 BISS = {"encoder": '"biss"', "absolute_counts": "262144"}

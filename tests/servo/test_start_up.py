@@ -299,6 +299,7 @@ def test_alignment__a_motor_that_does_not_answer_as_one_is_refused(
     rest = np.zeros(5, dtype=np.int64)
     found = iter([rest, rest, *rows])
     monkeypatch.setattr(start_up, "positions", lambda system: next(found))
+    monkeypatch.setattr(start_up, "SETTLE", 1e-5)  # no motor has to come to rest
     with pytest.raises(start_up.StartUpError, match=message):
         start_up.align(system, DRIVES, SETTING, dwell=1e-5)
 
