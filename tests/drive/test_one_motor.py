@@ -667,9 +667,10 @@ def test_hall_lines__an_entered_offset_replaces_the_drag(tmp_path, monkeypatch):
     found = identify(Bench(one, 0.7, at=0.3 * one.motor.pole))
     assert found.angle == 0.7
     assert found.psi == pytest.approx(one.motor.psi, rel=0.03)
-    wrong = replace(one, encoder_offset=2.0)
-    with pytest.raises(BringUpError, match="encoder_offset = 2 rad: the rotor is held .* order"):
-        identify(Bench(wrong, 0.7, at=0.3 * one.motor.pole))
+    for offset, wires in ((2.0, (0, 1, 2)), (0.7, (1, 0, 2)), (0.7, (0, 2, 1)), (0.7, (2, 1, 0))):
+        wrong = replace(one, encoder_offset=offset)
+        with pytest.raises(BringUpError, match="encoder_offset = .*: the rotor is held .* order"):
+            identify(Bench(wrong, 0.7, at=0.3 * one.motor.pole, hall=wires))
 
 
 @pytest.mark.parametrize(

@@ -124,8 +124,8 @@ def align(bench: Bench, loop: SafeLoop) -> tuple[float, NDArray[np.float64], flo
 
 
 def by_offset(bench: Bench, loop: SafeLoop) -> tuple[float, float]:
-    """`encoder_offset` of the file, checked without a turn; the direction in which the rotor is
-    held.
+    """`encoder_offset` of the file, checked by a sixth of an electrical turn; the direction in
+    which the rotor is held.
 
     Raises BringUpError if the rotor is held where the lines say it is not.
     """
@@ -134,15 +134,20 @@ def by_offset(bench: Bench, loop: SafeLoop) -> tuple[float, float]:
     now = bench.counts * per_count + one.encoder_offset
     held = float(np.pi / 3 * np.round(now / (np.pi / 3)))
     _hold(bench, loop.inductance, now, held)
-    middle = (math.floor(bench.counts / SECTOR) + 0.5) * SECTOR * per_count
-    apart = wrapped(held - middle - one.encoder_offset)
-    if abs(apart) > np.pi / SECTORS + MOST_WRONG:
-        raise BringUpError(
-            f"encoder_offset = {one.encoder_offset:g} rad: the rotor is held {abs(apart):.2g} rad "
-            "from the middle of the sector of the Hall lines, a sector has "
-            f"{2 * np.pi / SECTORS:.2g} rad; remove the key and let the start-up find it, or check "
-            "the order of the lines"
-        )
+    # A second direction: lines that count backwards may be right in one.
+    for angles in (np.full(SOFT_TIME, held), held + np.pi / 3 * eased(SOFT_TIME)):
+        for sweep in (angles, np.full(SOFT_TIME, angles[-1])):
+            drag(bench, loop, sweep, np.full(SOFT_TIME, SHARE * one.motor.i_max))
+        held = float(angles[-1])
+        middle = (math.floor(bench.counts / SECTOR) + 0.5) * SECTOR * per_count
+        apart = wrapped(held - middle - one.encoder_offset)
+        if abs(apart) > np.pi / SECTORS + MOST_WRONG:
+            raise BringUpError(
+                f"encoder_offset = {one.encoder_offset:g} rad: the rotor is held {abs(apart):.2g} "
+                "rad from the middle of the sector of the Hall lines, a sector has "
+                f"{2 * np.pi / SECTORS:.2g} rad; remove the key and let the start-up find it, or "
+                "check the order of the lines"
+            )
     return one.encoder_offset, held
 
 

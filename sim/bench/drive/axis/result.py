@@ -47,9 +47,8 @@ MOST_SERIAL = 2.0  # degrees, electrical: of the angle without lines A and B, as
 class Result:
     """found, tuned: what was identified, and the gains of it; angles: errors of both alignments
     [rad]; current, velocity: closed loops; move: record and wanted counts, none with Hall lines;
-    step: actual and ordered
-    speed, rise [s], overshoot; serial: of an encoder without lines A and B, by name the rms and
-    largest error of the angle, electrical [degrees]."""
+    step: actual and ordered speed, rise [s], overshoot; serial: of an encoder without lines A and
+    B, by name the rms and largest error of the angle, electrical [degrees]."""
 
     one: OneMotor
     found: Found

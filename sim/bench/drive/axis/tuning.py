@@ -118,7 +118,7 @@ def current_response(bench: Bench, found: Found, tuned: Gains) -> Response:
     size = min(most, MOST_LINES * bench.one.U_dc / volts)
     wanted = (BIAS + np.tile(size * wave, PERIODS + 1)) * motor.i_max
     if bench.one.encoder == HALL:
-        run_up(bench, found, BIAS * motor.i_max * motor.force_per_ampere)
+        spin_up(bench, found, BIAS * motor.i_max * motor.force_per_ampere)
     seen = bench.run((wanted * motor.force_per_ampere)[:, None])
     stop = np.full((len(wave), 1), -BIAS * motor.i_max * motor.force_per_ampere)
     bench.run(np.tile(stop, (PERIODS + 1, 1)))
@@ -129,7 +129,7 @@ def current_response(bench: Bench, found: Found, tuned: Gains) -> Response:
     return interpolated(analyse(LINES * BASE, spectra[0] / spectra[1]))
 
 
-def run_up(bench: Bench, found: Found, force: float) -> None:
+def spin_up(bench: Bench, found: Found, force: float) -> None:
     """Turn a motor until its Hall lines give a good angle, for a second at most."""
     fast = HALL_BASE * limits(bench.one, found)[0] / bench.one.resolution
     seen, rows = [bench.counts], np.full((MILLISECOND, 1), force)
