@@ -20,10 +20,12 @@ from asip_asm.model.program import build
 from asip_asm.project import ROOT
 from scripts.doc_blocks import code_blocks
 from sim.bench.drive.__main__ import main
-from sim.bench.drive.averaged import MIDDLE
+from sim.bench.drive.averaged import END, MIDDLE
+from sim.bench.drive.axis import hall
+from sim.bench.drive.axis.alignment import SafeLoop
 from sim.bench.drive.axis.bench import Bench, BringUpError, current_program
 from sim.bench.drive.axis.campaign import campaign, goals, one_result
-from sim.bench.drive.axis.identify import identify
+from sim.bench.drive.axis.identify import identify, rough_inductance
 from sim.bench.drive.axis.motor_file import (
     CHOICES,
     FLAGS,
@@ -38,11 +40,11 @@ from sim.bench.drive.axis.random_motors import motors
 from sim.bench.drive.axis.result import Result, bring_up
 from sim.bench.drive.axis.tuning import current_crossover, velocity_program
 from sim.bench.drive.chain import OPTIONS
-from sim.laws.drive.clocks import CLOCK
+from sim.laws.drive.clocks import CLOCK, HALF_PERIOD
 from sim.laws.drive.start_up_law import start_up_law
 from sim.laws.prove_program import prove
 from sim.rtl.gen.absolute_regmap import REGMAP
-from tests.servo.clocked import Clocked
+from tests.servo.clocked import Clocked, signed
 
 FILE = ROOT / "sim/motor.toml"
 TEXT = FILE.read_text(encoding="utf-8")
@@ -165,6 +167,7 @@ SSI = {"encoder": '"ssi"', "absolute_counts": "262144", "encoder_bits": "18"}
 ENDAT = SSI | {"encoder": '"endat"'}
 SINCOS = {"encoder": '"sincos"', "sine_periods": "512", "encoder_counts": "524288"}
 COARSE = {"encoder_counts": "8192", "inertia": "1e-7"}  # 16 a line
+HALL = {"encoder": '"hall"', "encoder_counts": None, "velocity_bandwidth": "15"}
 ALONE = SSI | {"encoder": '"biss"', "encoder_lines": "false", "encoder_counts": "16384"}
 
 
@@ -206,7 +209,13 @@ ALONE = SSI | {"encoder": '"biss"', "encoder_lines": "false", "encoder_counts": 
         (SINCOS | {"sine_periods": None}, r"sine_periods: missing; add a line sine_periods = "),
         (SINCOS | {"encoder_lines": "false"}, r"encoder_lines: of an absolute encoder; write"),
         ({"sine_gain": "0.01"}, r"sine_gain: of sine and cosine lines; write encoder = \"sincos\""),
-        ({"encoder": '"hall"'}, 'not supported; the start-up needs fine counts.*"sincos"'),
+        (
+            HALL | {"encoder_counts": "20000"},
+            'finer than Hall lines; write encoder = "incremental"',
+        ),
+        (HALL | LINEAR | {"encoder_counts": None}, r'"hall": not with a linear motor; .*another'),
+        (HALL | {"velocity_bandwidth": "20"}, r"Hall lines have 267 edges a second .* <= 16\.7"),
+        ({"hall_error": "0.1"}, 'hall_error: of Hall lines; write encoder = "hall", or remove it'),
         ({"encoder": "1"}, "encoder = 1: not supported"),
         (
             {"encoder_offset": "0.5"},
@@ -640,3 +649,91 @@ def test_sine_and_cosine__errors_of_the_lines_are_errors_of_the_angle(tmp_path):
         count = math.degrees(one.resolution * one.motor.wave)
         # Three samples with weights of 2, 1 and 1 at most, and four counts.
         assert 0.9 * share * line <= bench.off()[1] <= 4 * share * line + 4 * count
+
+
+@pytest.mark.parametrize("wires", [(0, 1, 2), (0, 1, 4)])
+def test_hall_lines__the_bench_has_the_count_of_the_decoder_in_every_sample(wires, tmp_path):
+    """Start, motion, reversal and a stop beyond `Limit`; also with the line w on the inverted
+    sensor of v, which makes illegal states and jumps."""
+    one = load(changed(tmp_path, **HALL))
+    one = replace(one, port=one.port | {"Limit": 400_000})
+    bench = Bench(one, 0.9, at=0.3 * one.motor.pole, hall=wires)
+    bench.current_loop(one.motor, 0.9, 5000.0)
+    forces = np.repeat([1.0, -1.0, 1.0, 0.0], [900, 1500, 600, 400])
+    before, rows = bench.halves_run, len(forces)
+    forces *= one.motor.force_per_ampere * one.motor.i_max
+    seen = bench.run(forces[:, None]).counts
+    clock, state = bench.lines().T
+    clocks = HALF_PERIOD * (before + rows)
+    lines = state[np.maximum(np.searchsorted(clock, np.arange(clocks), side="right") - 1, 0)]
+    outputs = ("position", "bad_count")
+    decoder = Clocked("hall_decoder", ("u", "v", "w", "clear"), outputs, one.port)
+    found = decoder.run(clocks, u=lines >> 2, v=lines >> 1 & 1, w=lines & 1)
+    at = HALF_PERIOD * np.arange(before, before + rows) + int(END)
+    np.testing.assert_array_equal(seen, signed(found["position"], 32)[at])
+    bad = bench.bad()
+    assert bad == found["bad_count"][-1]
+    assert bad > 3 if 4 in wires else bad == 0 and len(np.unique(seen)) > 100
+
+
+def test_hall_lines__every_goal_is_met_and_what_cannot_be_done_is_reported(tmp_path, capsys):
+    results = tmp_path / "motor.json"
+    assert main([str(changed(tmp_path, **HALL)), "--results", str(results)]) == 0
+    found = json.loads(results.read_text())
+    names = {"alignment without motion", "check of pole_pairs", "position after a move"}
+    assert set(found["not_done"]) == names
+    assert found["encoder_offset_rad"] == pytest.approx(0.7, abs=math.radians(2))
+    assert found["encoder_port"] == {"Bits": 8, "Filter": 15, "Limit": 4194303}
+    printed = capsys.readouterr().out
+    assert printed.count("not done") == 3 and "hall_decoder" in printed
+    assert not any("move" in goal["name"] for goal in found["goals"])
+
+
+@pytest.mark.full
+def test_hall_lines__an_entered_offset_replaces_the_drag(tmp_path, monkeypatch):
+    monkeypatch.setattr(hall, "align", lambda *_: pytest.fail("the rotor was dragged"))
+    one = load(changed(tmp_path, **HALL, encoder_offset="0.7"))
+    found = identify(Bench(one, 0.7, at=0.3 * one.motor.pole))
+    assert found.angle == 0.7
+    assert found.psi == pytest.approx(one.motor.psi, rel=0.03)
+    for offset, wires in ((2.0, (0, 1, 2)), (0.7, (1, 0, 2)), (0.7, (0, 2, 1)), (0.7, (2, 1, 0))):
+        wrong = replace(one, encoder_offset=offset)
+        with pytest.raises(BringUpError, match="encoder_offset = .*: the rotor is held .* order"):
+            identify(Bench(wrong, 0.7, at=0.3 * one.motor.pole, hall=wires))
+
+
+@pytest.mark.parametrize(
+    ("wires", "text"),
+    [
+        ((1, 0, 2), "wrong order: they count against the current; exchange two of u, v and w"),
+        ((6, 1, 2), "states 010, 011, 001 .*: u is always 0; check that line"),
+        ((0, 7, 2), "states 110, 010, 011 .*: v is always 1; check that line"),
+        ((7, 6, 2), "u is always 1 and v is always 0; check that line"),
+        ((0, 4, 2), "line v is inverted"),
+        ((0, 0, 2), "u and v are always equal"),
+        ((6, 6, 6), "states with equal lines; check the supply of the sensors"),
+        ((7, 6, 6), "no edge; check the supply of the sensors, the motor cable"),
+    ],
+)
+def test_hall_lines__a_wrong_line_is_named(wires, text, tmp_path):
+    one = load(changed(tmp_path, **HALL))
+    bench = Bench(one, 0.7, at=0.3 * one.motor.pole, hall=wires)
+    bench.start_up()
+    bench.measure_offsets()
+    with pytest.raises(BringUpError, match=text):
+        hall.align(bench, SafeLoop(rough_inductance(bench)))
+
+
+def test_hall_lines__offset_and_error_of_each_line_are_measured(tmp_path):
+    """Lines in turn, u, v, w instead of v, w, u, are another offset."""
+    one = load(changed(tmp_path, **HALL | {"hall_error": "0.1"}))
+    for wires, more in (((0, 1, 2), 0.0), ((1, 2, 0), 2 * np.pi / 3)):
+        bench = Bench(one, 0.7, at=0.3 * one.motor.pole, hall=wires)
+        bench.start_up()
+        bench.measure_offsets()
+        angle, uneven, _ = hall.align(bench, SafeLoop(rough_inductance(bench)))
+        assert angle == pytest.approx(0.7 + more, abs=math.radians(1))
+        if not more:
+            late = uneven * one.motor.wave * one.resolution
+            # Edges 0 and 3 are of u, 1 and 4 of w, 2 and 5 of v.
+            assert late == pytest.approx(0.1 * np.array([0, -1, 1, 0, -1, 1]), abs=0.02)

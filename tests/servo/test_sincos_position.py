@@ -99,6 +99,26 @@ def test_amplitude__is_good_within_its_limits_alone():
     assert read(sine, cosine)[1].tolist() == [False, True, True, False, False]
 
 
+@pytest.mark.parametrize("share", [0.5, 0.9])
+def test_dead_line__at_rest_is_good_only_near_the_peaks_of_the_other(share):
+    """Least is a share of the amplitude: within b = arccos(share) of a peak the amplitude is good,
+    and the position off by b / (2 pi) lines at most."""
+    amplitude = OWN["Least"] / share
+    angle = (np.arange(3000) + 0.5) * 2 * math.pi / 3000
+    limit = math.acos(share)
+    for dead in ("sine", "cosine"):
+        sine, cosine = (np.rint(amplitude * f(angle)).astype(int) for f in (np.sin, np.cos))
+        away = angle if dead == "sine" else angle - math.pi / 2
+        away = np.abs((away + math.pi / 2) % math.pi - math.pi / 2)
+        (sine if dead == "sine" else cosine)[:] = 0
+        position, good = read(sine, cosine)
+        clear = np.abs(away - limit) > 0.002 * math.pi
+        np.testing.assert_array_equal(good[clear], (away < limit)[clear])
+        off = np.abs(counts_off(position, angle, OWN["Bits"]))[good].max()
+        most = limit / (2 * math.pi) * (1 << OWN["Bits"])
+        assert 0.97 * most < off <= most + 0.5 + error_bound(OWN)
+
+
 def test_own_size__requests_at_work_are_ignored_and_the_position_holds():
     """The block as it is without parameters; a sample that nobody asked for ends nothing."""
     columns = {name: np.zeros(400, dtype=np.int64) for name in INPUTS}

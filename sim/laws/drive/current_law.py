@@ -40,6 +40,7 @@ SLOW_RATE = 64  # of the current filters
 DELAY = 1.5  # periods from the samples to the middle of the voltage
 FASTEST = 1e3  # rad/s, electrical
 SPEED_FILTER = 0.05  # share of a new speed
+JUMP_SPEED = 500.0  # electrical, by which the angle follows a jump of the count [rad/s]
 MOST_D = 0.95  # of the voltage circle for d; the root of what is left is well conditioned
 LEAST_VOLTAGE = 20.0  # of the bus, for the division [V]
 SMOOTH = 0.4  # of a phase current's largest ripple: there the effect of the dead time turns
@@ -57,7 +58,8 @@ class Setting:
     parameters ask for; order_filter: time constant [s] of a low-pass in front of each axis' loop,
     0: none. A coarse encoder makes a tracking law order pulses beyond the slope that the bus
     voltage allows, and their mean would be lost. crossover: of the open loop of each axis [rad/s],
-    0: that of the magnitude optimum.
+    0: that of the magnitude optimum. coarse: 1 of an axis whose count jumps by whole steps, as that
+    of Hall lines does: a jump is no speed, and the angle follows it at `JUMP_SPEED`.
     """
 
     resolution: tuple[float, ...]
@@ -71,6 +73,7 @@ class Setting:
     moved: tuple[float, ...] = (0.0,) * 5
     compensated: float = 0.3
     crossover: tuple[float, ...] = (0.0,) * 5
+    coarse: tuple[float, ...] = (0.0,) * 5
 
     @property
     def ampere_per_count(self) -> float:
@@ -128,7 +131,8 @@ def current_law(drives: Inverter, setting: Setting, axes: Sequence[int] = AXES) 
         far = min(LARGEST, int(40 * motor.pole / setting.resolution[n]))
         most = int(1.5 * motor.i_max / scale)
         step = FASTEST * setting.period / (motor.wave * setting.resolution[n])
-        counts = word(f"q{n}", far, "position", change=max(1, int(step))) - MAGIC
+        most_change = math.inf if setting.coarse[n] else max(1, int(step))
+        counts = word(f"q{n}", far, "position", change=most_change) - MAGIC
         currents = [word(f"i{k}{n}", most, f"current of phase {k}") for k in "ab"]
         zeros = [
             parameter(f"zero_{k}{n}", "count", MAGIC, f"word of phase {k} without current")
@@ -161,15 +165,29 @@ def current_law(drives: Inverter, setting: Setting, axes: Sequence[int] = AXES) 
         x_d = source("state", f"xd{n}", "V", (-drives.U_dc, drives.U_dc), "integral of d")
         x_q = source("state", f"xq{n}", "V", (-drives.U_dc, drives.U_dc), "integral of q")
 
-        turns = counts * (setting.resolution[n] / motor.pole)
+        change = counts - before
+        turned, shown = change, counts
+        if setting.coarse[n]:
+            behind = source("state", f"behind{n}", "count", (-LARGEST, LARGEST),
+                            "counts of jumps that the angle has not followed yet")  # fmt: skip
+            per_speed = setting.period / (motor.wave * setting.resolution[n])
+            fastest, reach = FASTEST * per_speed, JUMP_SPEED * per_speed
+            jump = change - ca.fmax(ca.fmin(change, fastest), -fastest)
+            follow = ca.fmax(ca.fmin(behind + jump, reach), -reach)
+            after = behind + jump - follow
+            result("state", f"behind{n}_next", after)
+            change, turned, shown = change - jump, change - jump + follow, counts - after
+        turns = shown * (setting.resolution[n] / motor.pole)
         angle = (turns - ca.floor(turns + 0.5)) * (2 * math.pi) + parameter(
             f"angle{n}", "rad", setting.offset[n], "electrical angle at count 0"
         )
         result("state", f"cosine{n}_next", ca.cos(angle))
         result("state", f"sine{n}_next", ca.sin(angle))
         # Sine and cosine of the last angle, turned by the counts since then: a small angle.
-        moved = (counts - before) * (motor.wave * setting.resolution[n])
+        moved = turned * (motor.wave * setting.resolution[n])
         c, s = cosine - moved * sine, sine + moved * cosine
+        if setting.coarse[n]:
+            moved = change * (motor.wave * setting.resolution[n])
         w = speed + SPEED_FILTER * (moved * (1 / setting.period) - speed)
 
         beta = (i_a + 2 * i_b) * (1 / math.sqrt(3.0))

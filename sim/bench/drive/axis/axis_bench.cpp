@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstring>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include "plant.h"
 
@@ -74,10 +76,78 @@ struct SineLines {
   }
 };
 
+// Three Hall lines and the count of rtl/drive/hall_decoder.sv, from edge to edge of the lines.
+struct Hall {
+  double size = 0, filter = 0, limit = 0, error = 0;  // counts of a sector, 0: another encoder; clocks; v late, w early
+  int wires[3] = {0, 1, 2};                           // of u, v, w: a sensor, 3 more: inverted; 6: low, 7: high
+  double seen = 0, changed = kNever, edge = 0, span = 1, since = 0;  // clocks; edge: of the last sector, visible
+  int state = -1, pending = -1, place = -1;
+  int64_t sector = 0;
+  bool timed = false, down = false, moves = false, wrong = false;
+  uint32_t bad = 0;
+  std::vector<double> log;  // clock and state of each change
+
+  int lines(double position) const {
+    const double turn = position / (6 * size), late[3] = {0, error, -error};
+    int found = 0;
+    for (int k = 0; k < 3; ++k) {
+      const int n = wires[k] % 3;
+      const double at = turn - n / 3. - late[n] / (2 * M_PI);
+      const bool high = wires[k] > 5 ? wires[k] == 7 : (at - std::floor(at) < 0.5) != (wires[k] > 2);
+      found |= high << (2 - k);
+    }
+    return found;
+  }
+
+  // The lines until a clock, at which the motor is at a position that has grown by `rate` a clock since the last call.
+  void look(double clock, double position, double rate) {
+    const int now = lines(position);
+    if (now != state) {
+      double first = clock;
+      while (state >= 0 && first > seen + 1 && lines(position - rate * (clock - first + 1)) == now) first -= 1;
+      act(first);
+      changed = first, pending = state = now;
+      log.push_back(first), log.push_back(now);
+    }
+    seen = clock;
+    act(clock);
+  }
+
+  void act(double clock) {
+    const double then = changed + 4 + filter;
+    if (pending < 0 || clock < then) return;
+    static const int sectors[8] = {-1, 5, 3, 4, 1, 0, 2, -1};
+    const int found = sectors[pending];
+    pending = -1;
+    const bool late = then - 1 - since >= limit;
+    bad += found < 0 && !wrong;
+    wrong = found < 0;
+    if (wrong) {
+      timed = moves = false;
+    } else if (place < 0) {
+      place = found, sector = found;
+    } else if (found != place) {
+      const int forward = (found - place + 6) % 6, way = forward > 3 ? forward - 6 : forward;
+      const bool single = std::abs(way) == 1;
+      moves = single && timed && (way < 0) == down && !late;
+      span = then - since, since = edge = then, timed = single, down = way < 0;
+      sector += way, place = found, bad += !single;
+    }
+  }
+
+  int64_t count(double clock) {
+    act(clock);
+    if (clock > since + limit) timed = moves = false;
+    const double part = moves ? std::min(std::floor((clock - edge) * size / span), size - 1) : size / 2;
+    return sector * std::llround(size) + std::llround(moves && down ? size - 1 - part : part);
+  }
+};
+
 struct Bench {
   servo::Parameters p;
   Frames frames;
   SineLines sines;
+  Hall hall;
   double begun = 0;                                      // clocks before this half
   double off_square = 0, off_most = 0, off_samples = 0;  // of the counts from the position
   double inertia, load;  // kg or kg m2; constant force against positive motion
@@ -111,7 +181,7 @@ struct Bench {
       std::copy(wide, wide + kBits, box);
     }
     std::copy(box, box + kBits, weights);
-    start = count();
+    start = hall.size > 0 ? 0 : count();
     cosine = std::cos(angle()), sine = std::sin(angle());
   }
 
@@ -190,7 +260,7 @@ struct Bench {
       taken = -1;
     }
     force += windings.force(axis());
-    if (++stepped == kMechanics) step();
+    if (++stepped == kMechanics) look(clock), step();
   }
 
   static float word(double value) { return float(kMagic + std::nearbyint(value)); }
@@ -224,6 +294,10 @@ struct Bench {
     up = !up;
   }
 
+  void look(double clock) {
+    if (hall.size > 0) hall.look(begun + clock, (x + v * since * kClock) / axis().resolution, v * kClock / axis().resolution);
+  }
+
   // The position that the encoder gives; a sample that is lost counts no lines.
   int64_t seen() { return sines.size > 0 && !frames.lose ? sines.read((x + v * since * kClock) / axis().resolution) : whole(); }
 
@@ -234,6 +308,9 @@ struct Bench {
     if (frames.period > 0) {
       frames.act(begun + end);
       count_now = std::llround(frames.count(begun + end));
+    } else if (hall.size > 0) {
+      look(end);
+      count_now = hall.count(begun + end);
     } else {
       count_now = whole() - start;
     }
@@ -272,6 +349,8 @@ void* bench_new(const servo::Parameters* p, const double* rest) {
   if (rest[6] > 0) b->frames.next = rest[6];
   if (rest[8] > 0) b->sines.size = std::exp2(rest[8]);
   b->sines.offset = rest[9], b->sines.gain = rest[10], b->sines.noise = rest[11];
+  b->hall.size = rest[12], b->hall.filter = rest[13], b->hall.limit = rest[14], b->hall.error = rest[15];
+  for (int k = 0; k < 3; ++k) b->hall.wires[k] = int(rest[16 + k]);
   b->prepare();
   return b;
 }
@@ -309,6 +388,20 @@ int bench_halves(void* handle, const float* rows, uint32_t width, float* out, ui
 
 // The next frames of the encoder are bad.
 void bench_lose(void* handle, uint32_t frames) { static_cast<Bench*>(handle)->frames.lose = frames; }
+
+// Illegal states and skipped sectors of Hall lines since the last call, as ILLEGAL has them; a state that is illegal
+// now counts, as STATUS.illegal shows it.
+uint32_t bench_bad(void* handle) {
+  auto& hall = static_cast<Bench*>(handle)->hall;
+  return std::max<uint32_t>(std::exchange(hall.bad, 0), hall.wrong);
+}
+
+// Clock and state of each change of the Hall lines; how many there are.
+uint32_t bench_lines(void* handle, double* out, uint32_t most) {
+  const auto& log = static_cast<Bench*>(handle)->hall.log;
+  std::copy_n(log.begin(), std::min<size_t>(log.size(), 2 * most), out);
+  return uint32_t(log.size() / 2);
+}
 
 // Distance of the sampled counts from the position since the last call, in counts: rms and largest.
 void bench_off(void* handle, double* out) {

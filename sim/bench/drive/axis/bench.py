@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from asip_asm.model.compiler import Compiled, compile_law
 from sim.bench.drive.averaged import END, MIDDLE
-from sim.bench.drive.axis.motor_file import GAIN_ERROR, LINEAR, OFFSET, OneMotor
+from sim.bench.drive.axis.motor_file import GAIN_ERROR, HALL, LINEAR, OFFSET, SINCOS, OneMotor
 from sim.bench.drive.axis.programs import Program, bench_library, program
 from sim.bench.drive.chain import OPTIONS
 from sim.bench.drive.plant import FRICTION, INVERTER, MOTOR, PARAMETERS
@@ -70,10 +70,16 @@ class Record:
 
 class Bench:
     """A motor at rest with its inverter; angle: electrical, at position 0 [rad]; at: where it
-    rests [rad or m]; wired: what the plant is if the file is wrong (for tests)."""
+    rests [rad or m]; wired: what the plant is if the file is wrong (for tests); hall: which sensor
+    is at each Hall line, 3 more if it is inverted; 6 for a line that is low, 7 for a high one."""
 
     def __init__(
-        self, one: OneMotor, angle: float = 0.7, at: float = 0.0, wired: OneMotor | None = None
+        self,
+        one: OneMotor,
+        angle: float = 0.7,
+        at: float = 0.0,
+        wired: OneMotor | None = None,
+        hall: tuple[int, int, int] = (0, 1, 2),
     ) -> None:
         self.one, plant = one, wired or one
         self._lib = ctypes.CDLL(str(bench_library()))
@@ -88,18 +94,23 @@ class Bench:
         self._lib.bench_truth.argtypes = [pointer] * 2
         self._lib.bench_off.argtypes = [pointer] * 2
         self._lib.bench_lose.argtypes = [pointer, u32]
+        self._lib.bench_bad.argtypes = [pointer]
+        self._lib.bench_lines.argtypes = [pointer, pointer, u32]
         record = _record(plant, angle)
         serial = (one.counter.get("Period", 0), one.frame_clocks)
         rest = np.array(
             [
                 *(plant.inertia, 0.0, at, WINDOW, END, least_clocks(one), *serial),
-                *(one.port.get("Bits", 0), *one.sine_errors),
+                *(one.port["Bits"] if one.encoder == SINCOS else 0, *one.sine_errors),
+                *(1 << one.port["Bits"] if one.encoder == HALL else 0, one.port.get("Filter", 0)),
+                *(one.port.get("Limit", 0), plant.hall_error, *hall),
             ],
             dtype=float,
         )
         self._handle = self._lib.bench_new(record.ctypes.data, rest.ctypes.data)
         self.scale = one.current_scale * one.setting().ampere_per_count
         self.zeros = np.zeros(2)  # samples without current [counts]
+        self.uneven = np.zeros(6)  # by which each edge of Hall lines is late [counts]
         self.halves_run = 0
         self.counts = 0.0  # of the last sample
         self._kept: list[Program] = []
@@ -127,6 +138,17 @@ class Bench:
     def lose(self, frames: int) -> None:
         """So many next frames or samples of an encoder without lines A and B are bad."""
         self._lib.bench_lose(self._handle, frames)
+
+    def bad(self) -> int:
+        """Illegal states and skipped sectors of Hall lines since the last call, as `ILLEGAL`."""
+        return int(self._lib.bench_bad(self._handle))
+
+    def lines(self) -> NDArray[np.int64]:
+        """Clock and state, 4 u + 2 v + w, of each change of the Hall lines. No estimator takes
+        it."""
+        out = np.zeros((100_000, 2))
+        n = self._lib.bench_lines(self._handle, out.ctypes.data, len(out))
+        return out[:n].astype(np.int64)
 
     def absolute(self) -> int:
         """The position that a host reads over the serial line with the motor at rest: single-turn

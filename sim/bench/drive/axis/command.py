@@ -66,8 +66,11 @@ def identified(result: Result) -> Table:
     for name, value in result.angles.items():
         note = f", the rotor moved by {moved}" if name == "without motion" else ""
         off = f"{np.degrees(value):+.2f} degrees{note}"
-        angle = result.found.still if name == "without motion" else result.found.angle
+        still = result.found.still if name == "without motion" else None
+        angle = result.found.angle if still is None else still
         view.add_row(f"angle {name}", f"{angle:.4f}", "", "rad", off)
+    for name, why in result.not_done.items():
+        view.add_row(name, "not done", "", "", why)
     if result.found.offset is not None:
         entered = result.one.encoder_offset
         given = "" if entered is None else f"{entered:.4f}"

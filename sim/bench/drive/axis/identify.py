@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sim.bench.drive.axis import hall
 from sim.bench.drive.axis.alignment import (
     SafeLoop,
     at_absolute_zero,
@@ -36,7 +37,7 @@ from sim.bench.drive.axis.bench import (
     BringUpError,
     Record,
 )
-from sim.bench.drive.axis.motor_file import ABSOLUTE, LINEAR, OPTIMUM
+from sim.bench.drive.axis.motor_file import ABSOLUTE, HALL, LINEAR, OPTIMUM
 from sim.laws.drive.clocks import LOOP_PERIOD
 from sim.laws.drive.start_up_law import MOST
 from sim.robot.drives import Motor
@@ -47,10 +48,10 @@ LINES_D, LINES_Q = np.arange(4, 21, 2), np.arange(5, 22, 2)  # multiples of BASE
 RIPPLE = 0.02  # of the rated current, each line
 PERIODS = 20
 SLOW_LOOP = 1500.0  # crossover [rad/s] that leaves the lines alone
-SWING = 0.6  # of the rated current
+SWING, HALL_SWING = 0.6, 0.3  # of the rated current; an acceleration is an error of Hall lines
 MOST_SPEED = 600.0  # electrical, at the end of a swing [rad/s]
 MOST_VOLTAGE = 0.6  # of the voltage circle
-LONGEST_SWING, LEAST_TIME = 0.5, 0.16  # s of a swing; of all swings
+LONGEST_SWING, LEAST_TIME, HALL_TIME = 0.5, 0.16, 0.5  # s of a swing; of all swings
 LEAST_SWINGS, MOST_SWINGS = 4, 14
 INNER = 0.35  # of the travel, to each side
 POLL = 20  # half periods between two looks at the counts
@@ -62,8 +63,8 @@ UNKNOWN_FLUX = 1e-3  # V s: of a program that orders amperes
 @dataclass(frozen=True)
 class Found:
     """SI units; angles: electrical at count 0 [rad], `still` without motion, whose way is `moved`
-    [rad]; swings: the recorded start-up; offset: electrical angle at position 0 of an absolute
-    encoder."""
+    [rad], none with Hall lines; swings: the recorded start-up; offset: electrical angle at position
+    0 of an absolute encoder or of Hall lines."""
 
     R: float
     L_d: float
@@ -73,7 +74,7 @@ class Found:
     coulomb: float
     viscous: float
     angle: float
-    still: float
+    still: float | None
     moved: float
     swings: Record
     offset: float | None
@@ -88,14 +89,19 @@ def identify(bench: Bench) -> Found:
     bench.start_up()
     bench.measure_offsets()
     loop = SafeLoop(rough_inductance(bench))
-    still = without_motion(bench, loop)
-    if bench.one.encoder_offset is not None:
+    still = None if bench.one.encoder == HALL else without_motion(bench, loop)
+    if still is None and bench.one.encoder_offset is None:
+        angle, bench.uneven, held = hall.align(bench, loop)
+    elif still is None:
+        angle, held = hall.by_offset(bench, loop)
+    elif bench.one.encoder_offset is not None:
         angle = by_the_encoder(bench, still.angle)
         held = settle(bench, loop, angle)
     else:
         held = settle(bench, loop, still.angle)
         angle = with_motion(bench, loop, held)
     offset = at_absolute_zero(bench, angle) if bench.one.encoder in ABSOLUTE else None
+    offset = angle if still is None else offset
     resistance = measure_resistance(bench, loop, held)
     l_d, l_q = measure_inductances(bench, loop, held)
     swings = swing(bench, Motor(bench.one.motor.pole, resistance, l_d, l_q, UNKNOWN_FLUX,
@@ -104,7 +110,7 @@ def identify(bench: Bench) -> Found:
     inertia, coulomb, viscous = mechanics(bench, swings, angle, psi)
     return Found(
         *(resistance, l_d, l_q, psi, inertia, coulomb, viscous, angle),
-        *(still.angle, still.moved, swings, offset),
+        *(still.angle if still else None, still.moved if still else 0.0, swings, offset),
     )
 
 
@@ -201,7 +207,9 @@ def swing(bench: Bench, motor: Motor, angle: float) -> Record:
     one = bench.one
     bench.current_loop(motor, angle, 0.4 * OPTIMUM)
     per_count, circle = motor.wave * one.resolution, one.U_dc / np.sqrt(3)
-    order = SWING * motor.i_max * motor.force_per_ampere
+    lines = one.encoder == HALL
+    share = HALL_SWING if lines else SWING
+    order = share * motor.i_max * motor.force_per_ampere
     room = INNER * one.travel / one.resolution  # counts
     found = bench.run(np.zeros((MILLISECOND, 1)))
     middle = found.counts[0] if one.kind == LINEAR else 0.0
@@ -214,6 +222,8 @@ def swing(bench: Bench, motor: Motor, angle: float) -> Record:
         total += POLL
         recent = [*recent[1:], part.counts[-1]]
         speed = (recent[-1] - recent[0]) / (5 * POLL * LOOP_PERIOD)  # counts/s
+        if lines:
+            speed = hall.speed(np.concatenate([chunk.counts for chunk in chunks]))
         volts = float(np.hypot(part.u_alpha, part.u_beta).mean())
         if swings == 0 and total > 5 * POLL:
             slope = max(slope, abs(speed) / (total * LOOP_PERIOD))
@@ -225,7 +235,8 @@ def swing(bench: Bench, motor: Motor, angle: float) -> Record:
         long = (total - begun) * LOOP_PERIOD > LONGEST_SWING
         if fast or far or long:
             swings, begun, sign = swings + 1, total, -sign
-            enough = swings >= LEAST_SWINGS and total * LOOP_PERIOD > LEAST_TIME
+            least = HALL_TIME if lines else LEAST_TIME
+            enough = swings >= LEAST_SWINGS and total * LOOP_PERIOD > least
             if enough and swings % 2 == 0 or swings >= MOST_SWINGS:
                 break
     # Back to rest: a current against the motion until it ends.
@@ -233,7 +244,10 @@ def swing(bench: Bench, motor: Motor, angle: float) -> Record:
         part = bench.run(np.full((POLL, 1), sign * order))
         chunks.append(part)
         recent = [*recent[1:], part.counts[-1]]
-        if sign * (recent[-1] - recent[0]) >= 0:
+        begun -= POLL
+        if lines and abs(speed) < slope * (total - begun) * LOOP_PERIOD:
+            break
+        if not lines and sign * (recent[-1] - recent[0]) >= 0:
             break
     chunks.append(bench.run(np.zeros((5 * MILLISECOND, 1))))
     whole = chunks[0]
@@ -241,20 +255,31 @@ def swing(bench: Bench, motor: Motor, angle: float) -> Record:
     record = Record(**joined)
     if np.ptp(record.counts) * per_count < 0.5:
         raise BringUpError(
-            f"a current of {SWING * motor.i_max:.3g} A moved the motor by "
+            f"a current of {share * motor.i_max:.3g} A moved the motor by "
             f"{np.ptp(record.counts):.0f} counts; check that it is free, and rated_current"
         )
+    if lines:
+        if bad := bench.bad():
+            raise BringUpError(
+                f"the Hall lines had {bad} wrong changes in the start-up; check the lines, or "
+                "remove encoder_offset to let the start-up name the line"
+            )
+        rows, _ = hall.edges(record.counts)
+        record = record.part(rows[0], rows[-1])
     return record
 
 
 def travel(bench: Bench, record: Record, angle: float) -> tuple[NDArray, NDArray, NDArray]:
     """Smoothed counts at the instants of the currents; electrical angle there [rad] and speed
-    [rad/s]."""
+    [rad/s]. With Hall lines, from the edges."""
     from scipy.signal import savgol_filter  # here: more than a second of every command
 
     per_count = bench.one.motor.wave * bench.one.resolution
-    smooth = savgol_filter(record.counts, SMOOTH, 2)
-    rate = savgol_filter(record.counts, SMOOTH, 2, deriv=1, delta=LOOP_PERIOD)
+    if bench.one.encoder == HALL:
+        smooth, rate = hall.between(record.counts, bench.uneven)
+    else:
+        smooth = savgol_filter(record.counts, SMOOTH, 2)
+        rate = savgol_filter(record.counts, SMOOTH, 2, deriv=1, delta=LOOP_PERIOD)
     counts = smooth - rate * COUNT_LATE
     return counts, per_count * counts + angle, per_count * rate
 

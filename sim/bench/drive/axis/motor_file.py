@@ -65,13 +65,14 @@ class SerialLine:
 
 
 INCREMENTAL, BISS, SSI, ENDAT = "incremental", "biss", "ssi", "endat"
-SINCOS = "sincos"
+SINCOS, HALL = "sincos", "hall"
 ENCODERS = {
     INCREMENTAL: "lines A and B",
     BISS: "lines A and B, and the position over BiSS-C at the start (`biss_port`)",
     SSI: "lines A and B, and the position over SSI at the start (`ssi_port`)",
     ENDAT: "lines A and B, and the position over EnDat at the start (`endat_port`)",
     SINCOS: "sine and cosine lines (`sincos_position`)",
+    HALL: "three Hall lines (`hall_decoder`)",
 }
 ABSOLUTE = (BISS, SSI, ENDAT)
 LINES = {
@@ -95,6 +96,11 @@ SINE_RATE, SINE_BIT, SINE_WIDTH, SINE_PERIOD = 32, 6, 16, 624
 SINE_AMPLITUDE = SINE_RATE**3 // 4
 MOST_OF_A_LINE = 7 / 16  # in a period
 SINE_ERROR, SINE_NOISE = 0.005, 5e-4  # of the amplitude
+# Hall lines: counts of a sector, clocks of the filter and of the longest sector that is timed, by
+# which line v is late and w is early [rad], edges of the lines in a period of the velocity loop.
+HALL_BITS, HALL_FILTER, HALL_LIMIT, HALL_ERROR = 8, 15, (1 << 22) - 1, 0.03
+HALL_EDGES, HALL_SPEED = 16.0, 0.7  # at this share of the fastest moves
+SECTORS = 6  # of an electrical turn
 ACTS = 6  # clocks of `absolute_position`
 ALLOWED_PERIODS = 4  # without a good frame
 JUMP_MARGIN = 2.0  # of the greatest acceleration
@@ -114,14 +120,19 @@ KEYS = {
     "travel": Key("m", 1e-2, 100.0, "free travel; the motor begins in its middle", LINEAR),
     "rated_current": Key("A", 0.2, 200.0, "peak of a phase"),
     "bus_voltage": Key("V", 24.0, 800.0, "DC bus"),
-    "encoder_counts": Key("1", 1e2, 1e9, "counts of a turn, or of a metre"),
+    "encoder_counts": Key(
+        *("1", 1e2, 1e9, "counts of a turn, or of a metre"),
+        encoders=tuple(name for name in ENCODERS if name != HALL),
+    ),
     "absolute_counts": Key(
         *("1", 1e2, 1e12, "positions of a turn or metre over the serial line"),
         needed=False,
         encoders=ABSOLUTE,
     ),
     "encoder_offset": Key(
-        "rad", -7.0, 7.0, "electrical angle at position 0", needed=False, encoders=ABSOLUTE
+        *("rad", -7.0, 7.0, "electrical angle at position 0"),
+        needed=False,
+        encoders=(*ABSOLUTE, HALL),
     ),
     "encoder_bits": Key("1", 1, 64, "bits of the position on the line", encoders=(SSI, ENDAT)),
     "encoder_clock": Key(
@@ -146,6 +157,11 @@ KEYS = {
         needed=False,
         encoders=(SINCOS,),
     ),
+    "hall_error": Key(
+        *("rad", 0.0, 0.2, "electrical angle by which line v is late and w is early"),
+        needed=False,
+        encoders=(HALL,),
+    ),
     "current_bandwidth": Key("Hz", 500.0, MOST_CURRENT_BANDWIDTH, "-3 dB of the current loop"),
     "velocity_bandwidth": Key("Hz", 2.0, MOST_VELOCITY_BANDWIDTH, "-3 dB of the velocity loop"),
     "friction": Key("N m or N", 0.0, 1e4, "Coulomb friction", needed=False),
@@ -155,6 +171,12 @@ KEYS = {
     "current_range": Key("A", 0.2, 1000.0, "full scale of the current sensors", needed=False),
 }
 TEXTS = ("type", "encoder")
+# What has the keys of these encoders.
+OWNERS = {
+    (SINCOS,): "sine and cosine lines",
+    (HALL,): "Hall lines",
+    KEYS["encoder_counts"].encoders: "an encoder that is finer than Hall lines",
+}
 # true or false, and the encoders that have it
 FLAGS = {
     "encoder_lines": ABSOLUTE,
@@ -176,10 +198,10 @@ class OneMotor:
     infinite of a rotary motor; bandwidths: of the current and velocity loops [Hz]. encoder: of
     `ENCODERS`; absolute: travel of a position over its serial line; encoder_offset: electrical
     angle where that position is 0 [rad], None: the start-up finds it; port: parameters of the port
-    of `LINES` or of `sincos_position`, empty of other encoders; counter: those of
+    of `LINES`, `sincos_position` or `hall_decoder`, empty of other encoders; counter: those of
     `absolute_position`, empty with lines A and B; frame_clocks: from the encoder's instant until
     the count has its position; sine_errors: offset of the sine, its gain, noise, shares of the
-    amplitude.
+    amplitude; hall_error: electrical angle by which line v is late and w is early [rad].
     """
 
     kind: str
@@ -205,6 +227,7 @@ class OneMotor:
     counter: Mapping[str, int] = field(default_factory=dict)
     frame_clocks: int = 0
     sine_errors: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    hall_error: float = 0.0
 
     @property
     def motors(self) -> tuple[Motor, ...]:
@@ -213,8 +236,8 @@ class OneMotor:
     @property
     def port_name(self) -> str:
         """Module that reads the encoder with the parameters `port`; empty without them."""
-        if self.encoder == SINCOS:
-            return "sincos_position"
+        if self.encoder in (SINCOS, HALL):
+            return "sincos_position" if self.encoder == SINCOS else "hall_decoder"
         return LINES[self.encoder].port if self.port else ""
 
     @property
@@ -225,8 +248,16 @@ class OneMotor:
     def setting(self, angle: float = 0.0, crossover: float = 0.0) -> Setting:
         """Of the current law, for one axis."""
         return Setting(
-            (self.resolution,), offset=(angle,), order_filter=(0.0,), crossover=(crossover,)
+            *((self.resolution,), (angle,)),
+            order_filter=(0.0,),
+            crossover=(crossover,),
+            coarse=(float(self.encoder == HALL),),
         )
+
+
+def fastest_move(one: OneMotor, psi: float) -> float:
+    """Speed of moves with this flux, electrical [rad/s]."""
+    return min(400.0, 0.35 * one.U_dc / math.sqrt(3) / psi)
 
 
 def load(path: Path) -> OneMotor:
@@ -262,8 +293,13 @@ def _checked(content: Mapping[str, Any]) -> dict[str, Any]:
         known_ones = "; ".join(f'"{name}": {text}' for name, text in ENCODERS.items())
         raise _Wrong(
             "encoder",
-            f" = {encoder!r}: not supported; the start-up needs fine counts. Write one of "
-            f"{known_ones}",
+            f" = {encoder!r}: not supported; write one of {known_ones}",
+        )
+    if encoder == HALL and kind == LINEAR:
+        raise _Wrong(
+            "encoder",
+            ' = "hall": not with a linear motor; the start-up must stop within the travel, and '
+            "Hall lines give the position to a sixth of an electrical turn. Take another encoder",
         )
     encoders: dict[str, tuple[str, ...]] = {**FLAGS}
     encoders |= {name: having for name, (having, _) in CHOICES.items()}
@@ -278,7 +314,7 @@ def _checked(content: Mapping[str, Any]) -> dict[str, Any]:
     for name, having in encoders.items():
         if name in content and encoder not in having:
             ones = " or ".join(f'"{one}"' for one in having)
-            what = "sine and cosine lines" if having == (SINCOS,) else "an absolute encoder"
+            what = OWNERS.get(having, "an absolute encoder")
             raise _Wrong(name, f": of {what}; write encoder = {ones}, or remove it")
     if line := LINES.get(encoder) if alone or encoder != BISS else None:
         known["encoder_bits"] = replace(known["encoder_bits"], high=line.bits)
@@ -351,22 +387,25 @@ def _made(values: Mapping[str, Any]) -> OneMotor:
         damping=math.sqrt(stiffness * inertia),
         viscous=float(values.get("viscous", 0.0)),
     )
+    encoder = values.get("encoder", INCREMENTAL)
+    counts = values.get("encoder_counts", values.get("pole_pairs", 0) * SECTORS << HALL_BITS)
     one = OneMotor(
         kind,
         motor,
         friction,
         inertia,
-        _travel_of(linear, values["encoder_counts"]),
+        _travel_of(linear, counts),
         values.get("travel", math.inf),
         values["current_bandwidth"],
         values["velocity_bandwidth"],
         U_dc=float(values["bus_voltage"]),
         current_scale=values.get("current_range", 2.0 * rated),
         dead_time=round(values.get("dead_time", 1e-6) / CLOCK) * CLOCK,
-        encoder=values.get("encoder", INCREMENTAL),
-        absolute=_travel_of(linear, values.get("absolute_counts", values["encoder_counts"])),
+        encoder=encoder,
+        absolute=_travel_of(linear, values.get("absolute_counts", counts)),
         encoder_offset=values.get("encoder_offset"),
         port=_port(values),
+        hall_error=float(values.get("hall_error", HALL_ERROR if encoder == HALL else 0.0)),
     )
     if values.get("encoder_lines") is False:
         one = _alone(one, values)
@@ -381,6 +420,8 @@ def _made(values: Mapping[str, Any]) -> OneMotor:
 def _port(values: Mapping[str, Any]) -> dict[str, int]:
     """Parameters of the port: its clock is the fastest that does not exceed the file's."""
     encoder = values.get("encoder", INCREMENTAL)
+    if encoder == HALL:
+        return {"Bits": HALL_BITS, "Filter": HALL_FILTER, "Limit": HALL_LIMIT}
     if encoder not in LINES or "encoder_bits" not in values:
         return {}
     clock = values.get("encoder_clock", LINES[encoder].clock)
@@ -621,6 +662,17 @@ def _possible(one: OneMotor, values: Mapping[str, Any]) -> Iterator[tuple[str, b
         *("velocity_bandwidth", one.velocity_bandwidth * SEPARATION > one.current_bandwidth),
         f" Hz: more than 1/{SEPARATION:g} of current_bandwidth = {one.current_bandwidth:g} Hz; it "
         f"needs a fast current loop, must be <= {one.current_bandwidth / SEPARATION:g}",
+    )
+    fast = HALL_SPEED * fastest_move(one, motor.psi)
+    edges = SECTORS * fast / (2 * math.pi)  # a second
+    yield (
+        *(
+            "velocity_bandwidth",
+            one.encoder == HALL and one.velocity_bandwidth > edges / HALL_EDGES,
+        ),
+        f" Hz: Hall lines have {edges:.3g} edges a second at {fast:.3g} rad/s "
+        f"electrical, where the loop is measured; must be <= {edges / HALL_EDGES:.3g}, or take "
+        "another encoder",
     )
     speed = 0.1 * circle / motor.psi
     yield (

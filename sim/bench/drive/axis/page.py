@@ -49,13 +49,16 @@ def write(file: Path, tables: Sequence[Table], result: Result) -> None:
     page.section("Velocity loop", "Ordered to actual speed, by injection.")
     loop = result.velocity
     page.figure(over_frequency(loop.frequency, {"velocity": loop.closed}), _caption(loop))
-    page.section("Moves", "Both loops closed, the position held.")
-    record, wanted = result.move
-    error = (record.counts - wanted) * result.one.resolution
-    curves = {"wanted": wanted, "actual": record.counts}
-    scaled = {name: rows * result.one.resolution for name, rows in curves.items()}
-    rows = [(f"position [{travel}]", scaled), (f"error [{travel}]", {"error": error})]
-    page.figure(panels(LOOP_PERIOD * np.arange(len(wanted)), rows), "A move.")
+    if result.move is None:
+        page.section("Moves", "Both loops closed. " + result.not_done["position after a move"])
+    else:
+        page.section("Moves", "Both loops closed, the position held.")
+        record, wanted = result.move
+        error = (record.counts - wanted) * result.one.resolution
+        curves = {"wanted": wanted, "actual": record.counts}
+        scaled = {name: rows * result.one.resolution for name, rows in curves.items()}
+        rows = [(f"position [{travel}]", scaled), (f"error [{travel}]", {"error": error})]
+        page.figure(panels(LOOP_PERIOD * np.arange(len(wanted)), rows), "A move.")
     actual, ordered, rise, overshoot = result.step
     rows = [(f"speed [{travel}/s]", {"actual": actual, "ordered": ordered})]
     page.figure(

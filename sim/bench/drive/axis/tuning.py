@@ -11,9 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asip_asm.model.compiler import Compiled, Options, compile_law
+from sim.bench.drive.axis import hall
 from sim.bench.drive.axis.bench import MILLISECOND, Bench, Record
 from sim.bench.drive.axis.identify import INNER, Found, rotor_frame, travel
-from sim.bench.drive.axis.motor_file import LINEAR, OPTIMUM, OneMotor
+from sim.bench.drive.axis.motor_file import (
+    HALL,
+    HALL_SPEED,
+    LINEAR,
+    OPTIMUM,
+    OneMotor,
+    fastest_move,
+)
 from sim.bench.drive.response import BASE, LINES, PERIODS, Response, analyse, multisine
 from sim.laws.drive.clocks import LOOP_PERIOD
 from sim.laws.drive.current_law import DELAY, gains
@@ -22,10 +30,13 @@ from sim.laws.drive.velocity_law import FILTER, INTEGRAL, VelocitySetting, veloc
 EVERY = 10  # half periods of a run of the velocity loop
 PERIOD = EVERY * LOOP_PERIOD
 VELOCITY_OPTIONS = Options(configuration="fast", reassociate=True, reciprocal=True)
-AMPLITUDE = 0.005  # of a line at most, as a share of the rated current
+# Of a line at most, as a share of the rated current; edges of Hall lines disturb the loop.
+AMPLITUDE, HALL_AMPLITUDE = 0.005, 0.02
 BIAS = 0.1  # of the rated current, so that dead time acts with one sign
 MOST_LINES = 0.12  # of the bus voltage, rms of all lines
 MOST_FORCE = 0.9  # of the rated one, that the velocity loop may order
+HALL_RUN_UP = 16  # sectors, until the acceleration changes their time by little
+HALL_BASE = 0.5  # of the fastest moves: from where the speed steps
 HALF_POWER = math.sqrt(0.5)
 
 
@@ -103,8 +114,11 @@ def current_response(bench: Bench, found: Found, tuned: Gains) -> Response:
     bench.current_loop(motor, found.angle, tuned.crossover)
     wave = multisine(bench.one.setting())
     volts = motor.L_q * tuned.crossover * motor.i_max * float(wave.std())  # of lines of 1
-    size = min(AMPLITUDE, MOST_LINES * bench.one.U_dc / volts)
+    most = HALL_AMPLITUDE if bench.one.encoder == HALL else AMPLITUDE
+    size = min(most, MOST_LINES * bench.one.U_dc / volts)
     wanted = (BIAS + np.tile(size * wave, PERIODS + 1)) * motor.i_max
+    if bench.one.encoder == HALL:
+        spin_up(bench, found, BIAS * motor.i_max * motor.force_per_ampere)
     seen = bench.run((wanted * motor.force_per_ampere)[:, None])
     stop = np.full((len(wave), 1), -BIAS * motor.i_max * motor.force_per_ampere)
     bench.run(np.tile(stop, (PERIODS + 1, 1)))
@@ -113,6 +127,17 @@ def current_response(bench: Bench, found: Found, tuned: Gains) -> Response:
     lines = LINES * PERIODS
     spectra = [np.fft.fft(rows[len(wave) :])[lines] for rows in (i_q, wanted)]
     return interpolated(analyse(LINES * BASE, spectra[0] / spectra[1]))
+
+
+def spin_up(bench: Bench, found: Found, force: float) -> None:
+    """Turn a motor until its Hall lines give a good angle, for a second at most."""
+    fast = HALL_BASE * limits(bench.one, found)[0] / bench.one.resolution
+    seen, rows = [bench.counts], np.full((MILLISECOND, 1), force)
+    for _ in range(1000):
+        seen += bench.run(rows).counts.tolist()
+        far = abs(seen[-1] - seen[0]) > HALL_RUN_UP * hall.SECTOR
+        if far or abs(hall.speed(np.array(seen))) > fast:
+            return
 
 
 def interpolated(response: Response) -> Response:
@@ -140,8 +165,7 @@ def close(bench: Bench, found: Found, tuned: Gains) -> None:
 def limits(one: OneMotor, found: Found) -> tuple[float, float]:
     """Speed and acceleration of moves [SI units of travel]."""
     motor = found.motor(one.motor)
-    circle = one.U_dc / math.sqrt(3)
-    speed = min(400.0, 0.35 * circle / motor.psi) / motor.wave
+    speed = fastest_move(one, motor.psi) / motor.wave
     force = motor.force_per_ampere * motor.i_max
     return speed, 0.4 * (force - found.coulomb) / found.inertia
 
@@ -183,7 +207,8 @@ def velocity_response(bench: Bench, found: Found, tuned: Gains, now: float) -> R
     length = periods * samples * LOOP_PERIOD
     speed, acceleration = limits(one, found)
     run_up = 0.5 / f + 0.05
-    bias = min(0.4 * speed, 1.2 * room(one) * one.resolution / (length + 3 * run_up))
+    share = HALL_SPEED if one.encoder == HALL else 0.4
+    bias = min(share * speed, 1.2 * room(one) * one.resolution / (length + 3 * run_up))
     if one.kind == LINEAR:
         go(bench, found, now, -0.6 * room(one))
     t = np.arange(samples) // EVERY * EVERY / samples
@@ -198,20 +223,26 @@ def velocity_response(bench: Bench, found: Found, tuned: Gains, now: float) -> R
     wanted = np.concatenate([bias * ramp, bias + scale * np.tile(wave, periods)])
     rows = np.zeros((len(wanted), 5))
     rows[:, 1] = wanted
-    seen = bench.run(rows).counts[begin + samples :] * one.resolution
+    record = bench.run(rows)
     stop = np.zeros((2 * begin, 5))
     stop[:, 1] = bias * np.linspace(1, 0, 2 * begin) ** 2
-    bench.run(stop)
-    n = len(seen)
-    trend = (seen[n // 2 :].mean() - seen[: n // 2].mean()) / (n // 2)
-    spectrum = np.fft.fft(seen - trend * np.arange(n))[lines * (periods - 1)]
-    order = np.fft.fft(wanted[begin + samples :])[lines * (periods - 1)]
-    closed = 1j * w * spectrum / order
+    after = bench.run(stop)
+    n = len(wanted) - begin - samples
+    order = np.fft.fft(wanted[-n:])[lines * (periods - 1)]
+
+    def closed_by(counts: NDArray[np.float64]) -> NDArray[np.complex128]:
+        trend = (counts[n // 2 :].mean() - counts[: n // 2].mean()) / (n // 2)
+        moved = (counts - trend * np.arange(n)) * one.resolution
+        return 1j * w * np.fft.fft(moved)[lines * (periods - 1)] / order
+
+    sensed = closed = closed_by(record.counts[-n:])
+    if one.encoder == HALL:
+        closed = closed_by(travel(bench, record + after, 0.0)[0][len(record) - n : len(record)])
     z = np.exp(-1j * w * PERIOD)
     share = tuned.velocity.share
     back = (1 - z) / (1j * w * PERIOD) * share / (1 - (1 - share) * z)
     whole = interpolated(analyse(w / (2 * np.pi), closed))
-    return replace(whole, margin=analyse(w / (2 * np.pi), closed * back).margin)
+    return replace(whole, margin=analyse(w / (2 * np.pi), sensed * back).margin)
 
 
 def frames_lost(bench: Bench, found: Found, tuned: Gains, frames: int) -> tuple[float, float]:
@@ -250,13 +281,49 @@ def speed_step(
     ways = (0.3 * speed, 0.5 * acceleration / tuned.velocity.crossover)
     step = min(*ways, 0.3 * room(one) * one.resolution / time)
     rest, n = 20 * MILLISECOND, round(time / LOOP_PERIOD)
+    base = HALL_BASE * speed if one.encoder == HALL else 0.0
+    if base:
+        turn(bench, one, base)
     rows = np.zeros((rest + n, 5))
-    rows[rest:, 1] = step
-    counts = bench.run(rows).counts
-    width = 2 * round(0.02 / one.velocity_bandwidth / LOOP_PERIOD) + 41
-    actual = savgol_filter(counts * one.resolution, width, 2, deriv=1, delta=LOOP_PERIOD)
-    rows[:, 1] = step * np.linspace(1, 0, len(rows)) ** 2
-    bench.run(rows)
-    after = actual[rest:]
+    rows[:, 1] = base
+    rows[rest:, 1] += step
+    record = bench.run(rows)
+    wanted = rows[:, 1].copy()
+    rows[:, 1] = (base + step) * np.linspace(1, 0, len(rows)) ** 2
+    end = bench.run(rows)
+    if base:
+        actual = travel(bench, record + end, 0.0)[2][: len(record)] / one.motor.wave
+    else:
+        width = 2 * round(0.02 / one.velocity_bandwidth / LOOP_PERIOD) + 41
+        scaled = record.counts * one.resolution
+        actual = savgol_filter(scaled, width, 2, deriv=1, delta=LOOP_PERIOD)
+    after = actual[rest:] - base
     rise = int(np.argmax(after > 0.9 * step) - np.argmax(after > 0.1 * step)) * LOOP_PERIOD
-    return actual, np.where(np.arange(rest + n) < rest, 0.0, step), rise, after.max() / step - 1
+    return actual, wanted, rise, after.max() / step - 1
+
+
+def turn(bench: Bench, one: OneMotor, speed: float) -> None:
+    """Bring a motor to a constant speed; both loops closed."""
+    rows = np.zeros((round(8 / one.velocity_bandwidth / LOOP_PERIOD), 5))
+    rows[:, 1] = speed * np.minimum(1.0, 2 * np.linspace(0, 1, len(rows)))
+    bench.run(rows)
+
+
+def turning_errors(
+    bench: Bench, found: Found, speeds: tuple[float, ...]
+) -> dict[str, tuple[float, float]]:
+    """Errors of the angle by Hall lines at these shares of the fastest moves: rms and largest,
+    electrical [degrees]; both loops closed."""
+    one, errors = bench.one, {}
+    for share in speeds:
+        speed = share * limits(one, found)[0]
+        turn(bench, one, speed)
+        bench.off()
+        rows = np.zeros((200 * MILLISECOND, 5))
+        rows[:, 1] = speed
+        bench.run(rows)
+        errors[f"at {speed * one.motor.wave:.0f} rad/s electrical"] = bench.off()
+    rows = np.zeros((200 * MILLISECOND, 5))
+    rows[:, 1] = speed * np.linspace(1, 0, len(rows)) ** 2
+    bench.run(rows)
+    return errors
