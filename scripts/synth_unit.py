@@ -34,6 +34,9 @@ WIRE_PS = 600  # a wire as nextpnr routes it on average; Yosys counts 300, and t
 CLOCK, RESET = "clk_i", "rst_ni"
 TOOLS = ROOT / "requirements-synth.lock"
 """Versions of Yosys and nextpnr."""
+MAP_FILE = ROOT / "scripts/ecp5_map.v"
+ECP5_MAP = f"techmap -map {MAP_FILE}"
+"""Command of Yosys before `synth_ecp5`: modules of ours that ECP5 has better cells for."""
 ELABORATED = "ports.json"
 KEPT = (
     *("fp_fma", "fp_divsqrt", "fp_divsqrt_folded", "fp_cmp", "fp_i2f", "fp_f2i", "fp_sincos"),
@@ -160,7 +163,7 @@ def ecp5_commands(top: str, netlist: Path) -> str:
     """Yosys commands that map a design to ECP5 with the delay of a wire that routing gives."""
     flow = f"synth_ecp5 -top {top} -run"
     return (
-        f"{flow} :map_luts; check -latchonly -assert; abc9 -W {WIRE_PS}; clean; "
+        f"{ECP5_MAP}; {flow} :map_luts; check -latchonly -assert; abc9 -W {WIRE_PS}; clean; "
         f"{flow} map_cells: -json {netlist}"
     )
 

@@ -147,7 +147,7 @@ module fp_divsqrt (
       // Root: d_k is |digits 0..k-1|0|1|0..0|, the one at 2^-(k+1). The next one gets digit k in the
       // place of the zero, 0 in the place of the one, and a one below.
       logic [26:0] divisor_second;
-      logic [27:0] twice_first, twice_second;  // U(2.26)
+      logic [27:0] twice_first;  // U(2.26)
       logic [27:0] trial_first, trial_second;  // S(2.26), in (-d_k, d_k)
       logic [26:0] remainder_first;
       logic digit_first, digit_second;
@@ -160,10 +160,17 @@ module fp_divsqrt (
 
         divisor_second = divisor_q[s];
         if (sqrt_q[s]) divisor_second[26-First-:3] = {digit_first, 2'b01};
-        twice_second = {remainder_first, 1'b0};
-        trial_second = twice_second - {1'b0, divisor_second};
         digit_second = !trial_second[27];
       end
+
+      // 2 remainder_first - divisor_second
+      fp_select_sub u_second (
+          .select_i    (digit_first),
+          .one_i       ({trial_first[26:0], 1'b0}),
+          .zero_i      ({twice_first[26:0], 1'b0}),
+          .subtrahend_i({1'b0, divisor_second}),
+          .difference_o(trial_second)
+      );
 
       always_ff @(posedge clk_i) begin
         sign_q[s+1]      <= sign_q[s];
@@ -178,8 +185,10 @@ module fp_divsqrt (
         localparam logic [26:0] Kept = s < Stages - 2 ? 27'h7ff_fff8 : 27'h7ff_ffff;
 
         logic [26:0] divisor_next, remainder_second;
+        logic unused_top;
 
-        assign remainder_second = digit_second ? trial_second[26:0] : twice_second[26:0];
+        assign unused_top       = remainder_first[26];
+        assign remainder_second = digit_second ? trial_second[26:0] : {remainder_first[25:0], 1'b0};
 
         always_comb begin
           divisor_next = divisor_second;
