@@ -108,7 +108,8 @@ module fp_divsqrt (
   logic [4:0] amount_q;  // entry Stages - 1: places to denormalise
   logic [2:0] few_q;  // entry Stages - 1: the amount is 2, 1, 0
   logic [8:0] exp_round_q;  // entry Stages: U(9.0), biased, 1 for a subnormal result
-  logic [25:0] sig_q;  // entry Stages: U(1.25), denormalised
+  logic [25:0] sig_q;  // entry Stages: U(1.25), denormalised, without the last two digits
+  logic [2:0] late_q;  // entry Stages: the last two digits in the lowest places
   logic lost_q;  // entry Stages: sig_q lost a one of digits 0..23
   logic nonzero_q;  // entry Stages: something is left, see gen_denormalise
 
@@ -235,7 +236,6 @@ module fp_divsqrt (
         logic unused_top;  // digit 0 has moved right
         logic [25:0] shifted;
         logic shifted_out, subnormal;
-        logic [2:0] late;  // digits 24 and 25 in the lowest places
 
         fp_shift_right #(
             .Width(27),
@@ -246,10 +246,6 @@ module fp_divsqrt (
             .value_o ({unused_top, shifted}),
             .sticky_o(shifted_out)
         );
-
-        assign late = ({3{few_q[0]}} & {digit_first, digit_second, 1'b0}) |
-                    ({3{few_q[1]}} & {1'b0, digit_first, digit_second}) |
-                    ({3{few_q[2]}} & {2'b00, digit_first});
 
         assign subnormal = exp_q[s][9] || exp_q[s] == 10'd0;
 
@@ -264,7 +260,10 @@ module fp_divsqrt (
 
         always_ff @(posedge clk_i) begin
           exp_round_q <= subnormal ? 9'd1 : exp_q[s][8:0];
-          sig_q       <= {shifted[25:3], shifted[2:0] | late};
+          sig_q       <= shifted;
+          late_q      <= ({3{few_q[0]}} & {digit_first, digit_second, 1'b0}) |
+                         ({3{few_q[1]}} & {1'b0, digit_first, digit_second}) |
+                         ({3{few_q[2]}} & {2'b00, digit_first});
           lost_q      <= shifted_out;
         end
       end
@@ -278,9 +277,9 @@ module fp_divsqrt (
   fp_pack u_pack (
       .sign_i   (sign_q[Stages]),
       .exp_i    (exp_round_q),
-      .sig_i    (sig_q[25:2]),
-      .guard_i  (sig_q[1]),
-      .round_i  (sig_q[0]),
+      .sig_i    ({sig_q[25:3], sig_q[2] || late_q[2]}),
+      .guard_i  (sig_q[1] || late_q[1]),
+      .round_i  (sig_q[0] || late_q[0]),
       .sticky_i (lost_q || nonzero_q),
       .exact_i  (1'b0),
       .nan_i    (nan_q[Stages]),
