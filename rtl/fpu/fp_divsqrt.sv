@@ -166,9 +166,9 @@ module fp_divsqrt (
 
       // 2 remainder_first - divisor_second
       fp_select_sub u_second (
-          .select_i    (digit_first),
-          .one_i       ({trial_first[26:0], 1'b0}),
-          .zero_i      ({twice_first[26:0], 1'b0}),
+          .select_i    (trial_first[27]),  // no inverter after the first carry chain
+          .one_i       ({twice_first[26:0], 1'b0}),
+          .zero_i      ({trial_first[26:0], 1'b0}),
           .subtrahend_i({1'b0, divisor_second}),
           .difference_o(trial_second)
       );
