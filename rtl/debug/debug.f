@@ -11,6 +11,7 @@ rtl/fpu/fp_pack.sv
 rtl/fpu/fp_product.sv
 rtl/fpu/fp_fma.sv
 rtl/fpu/fp_normalise.sv
+rtl/fpu/fp_select_sub.sv
 rtl/fpu/fp_divsqrt.sv
 rtl/fpu/fp_divsqrt_folded.sv
 rtl/fpu/fp_cmp.sv

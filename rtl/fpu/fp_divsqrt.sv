@@ -108,7 +108,8 @@ module fp_divsqrt (
   logic [4:0] amount_q;  // entry Stages - 1: places to denormalise
   logic [2:0] few_q;  // entry Stages - 1: the amount is 2, 1, 0
   logic [8:0] exp_round_q;  // entry Stages: U(9.0), biased, 1 for a subnormal result
-  logic [25:0] sig_q;  // entry Stages: U(1.25), denormalised
+  logic [25:0] sig_q;  // entry Stages: U(1.25), denormalised, without the last two digits
+  logic [2:0] late_q;  // entry Stages: the last two digits in the lowest places
   logic lost_q;  // entry Stages: sig_q lost a one of digits 0..23
   logic nonzero_q;  // entry Stages: something is left, see gen_denormalise
 
@@ -147,7 +148,7 @@ module fp_divsqrt (
       // Root: d_k is |digits 0..k-1|0|1|0..0|, the one at 2^-(k+1). The next one gets digit k in the
       // place of the zero, 0 in the place of the one, and a one below.
       logic [26:0] divisor_second;
-      logic [27:0] twice_first, twice_second;  // U(2.26)
+      logic [27:0] twice_first;  // U(2.26)
       logic [27:0] trial_first, trial_second;  // S(2.26), in (-d_k, d_k)
       logic [26:0] remainder_first;
       logic digit_first, digit_second;
@@ -160,10 +161,17 @@ module fp_divsqrt (
 
         divisor_second = divisor_q[s];
         if (sqrt_q[s]) divisor_second[26-First-:3] = {digit_first, 2'b01};
-        twice_second = {remainder_first, 1'b0};
-        trial_second = twice_second - {1'b0, divisor_second};
         digit_second = !trial_second[27];
       end
+
+      // 2 remainder_first - divisor_second
+      fp_select_sub u_second (
+          .select_i    (trial_first[27]),  // no inverter after the first carry chain
+          .one_i       ({twice_first[26:0], 1'b0}),
+          .zero_i      ({trial_first[26:0], 1'b0}),
+          .subtrahend_i({1'b0, divisor_second}),
+          .difference_o(trial_second)
+      );
 
       always_ff @(posedge clk_i) begin
         sign_q[s+1]      <= sign_q[s];
@@ -178,8 +186,10 @@ module fp_divsqrt (
         localparam logic [26:0] Kept = s < Stages - 2 ? 27'h7ff_fff8 : 27'h7ff_ffff;
 
         logic [26:0] divisor_next, remainder_second;
+        logic unused_top;
 
-        assign remainder_second = digit_second ? trial_second[26:0] : twice_second[26:0];
+        assign unused_top       = remainder_first[26];
+        assign remainder_second = digit_second ? trial_second[26:0] : {remainder_first[25:0], 1'b0};
 
         always_comb begin
           divisor_next = divisor_second;
@@ -226,7 +236,6 @@ module fp_divsqrt (
         logic unused_top;  // digit 0 has moved right
         logic [25:0] shifted;
         logic shifted_out, subnormal;
-        logic [2:0] late;  // digits 24 and 25 in the lowest places
 
         fp_shift_right #(
             .Width(27),
@@ -237,10 +246,6 @@ module fp_divsqrt (
             .value_o ({unused_top, shifted}),
             .sticky_o(shifted_out)
         );
-
-        assign late = ({3{few_q[0]}} & {digit_first, digit_second, 1'b0}) |
-                    ({3{few_q[1]}} & {1'b0, digit_first, digit_second}) |
-                    ({3{few_q[2]}} & {2'b00, digit_first});
 
         assign subnormal = exp_q[s][9] || exp_q[s] == 10'd0;
 
@@ -255,7 +260,10 @@ module fp_divsqrt (
 
         always_ff @(posedge clk_i) begin
           exp_round_q <= subnormal ? 9'd1 : exp_q[s][8:0];
-          sig_q       <= {shifted[25:3], shifted[2:0] | late};
+          sig_q       <= shifted;
+          late_q      <= ({3{few_q[0]}} & {digit_first, digit_second, 1'b0}) |
+                         ({3{few_q[1]}} & {1'b0, digit_first, digit_second}) |
+                         ({3{few_q[2]}} & {2'b00, digit_first});
           lost_q      <= shifted_out;
         end
       end
@@ -269,9 +277,9 @@ module fp_divsqrt (
   fp_pack u_pack (
       .sign_i   (sign_q[Stages]),
       .exp_i    (exp_round_q),
-      .sig_i    (sig_q[25:2]),
-      .guard_i  (sig_q[1]),
-      .round_i  (sig_q[0]),
+      .sig_i    ({sig_q[25:3], sig_q[2] || late_q[2]}),
+      .guard_i  (sig_q[1] || late_q[1]),
+      .round_i  (sig_q[0] || late_q[0]),
       .sticky_i (lost_q || nonzero_q),
       .exact_i  (1'b0),
       .nan_i    (nan_q[Stages]),

@@ -26,6 +26,7 @@ rtl/fpu/fp_pack.sv
 rtl/fpu/fp_mul.sv
 rtl/fpu/fp_add.sv
 rtl/fpu/fp_normalise.sv
+rtl/fpu/fp_select_sub.sv
 rtl/fpu/fp_divsqrt.sv
 rtl/custom/ci_fph1.sv
 rtl/custom/ci_order.sv

@@ -33,6 +33,7 @@ proc add_sources {entity} {
     rtl/fpu/fp_mul.sv
     rtl/fpu/fp_add.sv
     rtl/fpu/fp_normalise.sv
+    rtl/fpu/fp_select_sub.sv
     rtl/fpu/fp_divsqrt.sv
     rtl/custom/ci_fph1.sv
   } {

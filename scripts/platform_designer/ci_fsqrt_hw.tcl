@@ -25,6 +25,7 @@ proc add_sources {entity} {
   foreach path {
     rtl/fpu/fp_pkg.sv
     rtl/fpu/fp_normalise.sv
+    rtl/fpu/fp_select_sub.sv
     rtl/fpu/fp_shift_right.sv
     rtl/fpu/fp_round.sv
     rtl/fpu/fp_pack.sv

