@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -81,14 +80,19 @@ ROOMS = {
 FAULTS = [(name, fault) for name in ROOMS for fault in load(TABLES[name])]
 
 
-def run(name: str, test: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> int:
-    """Exit status of pytest for `file.function`, or one case of it, on the sources in `folder`."""
-    ROOMS[name].use(folder, monkeypatch)
+def item(name: str, test: str) -> str:
+    """What pytest calls `file.function` of a room, or one case of it."""
     file, _, function = test.partition(".")
+    return f"{TESTS / name / file}.py::{function}"
+
+
+def run(name: str, test: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> int:
+    """Exit status of pytest for a test of a table on the sources in `folder`."""
+    ROOMS[name].use(folder, monkeypatch)
     for cached in CACHES:
         cached.cache_clear()
     try:
-        return int(pytest.main([*OPTIONS, f"{TESTS / name / file}.py::{function}"]))
+        return int(pytest.main([*OPTIONS, item(name, test)]))
     finally:
         for cached in CACHES:
             cached.cache_clear()
@@ -102,11 +106,10 @@ def test_table__fits_the_rtl(name) -> None:
 
 
 @pytest.mark.parametrize("name", ROOMS)
-def test_table__names_tests_that_exist(name) -> None:
-    for fault in load(TABLES[name]):
-        (test,) = fault.found
-        file, _, function = test.partition(".")
-        assert hasattr(import_module(f"tests.{name}.{file}"), function.partition("[")[0]), test
+def test_table__names_tests_and_cases_that_exist(name) -> None:
+    found = {test for fault in load(TABLES[name]) for test in fault.found}
+    status = pytest.main([*OPTIONS, "--collect-only", *(item(name, test) for test in found)])
+    assert status == pytest.ExitCode.OK, "pytest names the missing one above"
 
 
 @pytest.mark.parametrize("name", [name for name, room in ROOMS.items() if room.without is not None])
