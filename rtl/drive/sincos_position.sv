@@ -4,8 +4,8 @@
 // Contract: sample_i asks for a sample unless busy_o is high: window_o is high in that clock, the window_i of a
 // sinc3_timing, and valid_i its done_o, in whose clock sine_i and cosine_i are the slow_o of two filters. done_o is
 // high for a clock, Bits + 3 clocks after valid_i, with good_o if the amplitude, the root of sine^2 + cosine^2, is
-// within Least .. Most and was for After samples before; position_o holds until the next end. It is the arctangent by CORDIC with Bits + 1 rotations,
-// 2^Bits counts a line, cut to whole counts. Error before the cut, for amplitudes within the limits:
+// within Least .. Most and was for After samples before; position_o holds until the next end. It is the arctangent by
+// CORDIC with Bits + 1 rotations, 2^Bits counts a line, cut to whole counts. Error before the cut, for amplitudes within the limits:
 // 1/6 + (Bits + 1) / 128 + Bits * 2^Bits / (100 * Least) counts at most. Amplitudes near a limit (0.1 %) may be either.
 // Source: J. E. Volder, "The CORDIC Trigonometric Computing Technique", IRE Trans. EC-8, 1959.
 module sincos_position #(
