@@ -7,9 +7,7 @@ import os
 # linear algebra spin while they wait, which takes more of a processor than the small matrices.
 os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = "1"
 
-import atexit
 import fnmatch
-import gc
 import re
 import shutil
 import signal
@@ -70,17 +68,6 @@ def pytest_configure(config: pytest.Config) -> None:
             tempfile.TemporaryFile(dir=BUILD).close()
         except OSError as error:
             raise pytest.UsageError(cause_of(error)) from error
-
-
-@pytest.hookimpl(wrapper=True)
-def pytest_collection() -> Generator[None, Any, Any]:
-    """What collection makes lives until the end: the garbage collector does not walk through it."""
-    gc.disable()
-    result = yield
-    gc.freeze()
-    atexit.register(gc.unfreeze)  # extension modules report objects that are left as leaks
-    gc.enable()
-    return result
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -167,6 +167,10 @@ class Bench {
 #endif
   }
 
+  // The destructor of a model uses the context of the thread: without this that of the model that was
+  // made last, which may be freed already.
+  ~Bench() { Verilated::threadContextp(&context); }
+
   // A clock in two halves: inputs settle, then the rising edge.
   void settle() {
     top->clk_i = 0;

@@ -66,9 +66,10 @@ class Verilated:
 
     def close(self) -> None:
         """Free the model; the object is of no use afterwards."""
-        if self._handle is not None:
-            getattr(self._lib, f"{self.prefix}_{self.end}")(self._handle)
-            self._handle = None
+        # First without a handle: an interrupt after the call must not free the model twice.
+        handle, self._handle = self._handle, None
+        if handle is not None:
+            getattr(self._lib, f"{self.prefix}_{self.end}")(handle)
 
     def __del__(self) -> None:
         self.close()
