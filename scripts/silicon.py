@@ -24,6 +24,7 @@ from asip_asm.command import command, command_parser
 from asip_asm.files import write_text
 from scripts.bitstream import BOARDS
 from scripts.bitstream import OUTPUT as BOARD_RESULTS
+from scripts.synth_unit import MAP_FILE
 from sim.bench.run.tables import synthesised
 from sim.core.fpbench import campaign
 from sim.report import cache
@@ -45,7 +46,7 @@ from tests.silicon.netlist import BUILD, NetlistError, prove_equivalent
 ROOT = Path(__file__).resolve().parents[1]
 OUTPUT = ROOT / "build/silicon.json"
 OUTCOMES = BUILD / "outcomes"
-COMPARED = tuple(ROOT / name for name in ("asip_asm", "nios_sw", "rtl", "sim", "tests"))
+COMPARED = (*(ROOT / name for name in ("asip_asm", "nios_sw", "rtl", "sim", "tests")), MAP_FILE)
 KEPT_BOARDS = ROOT / "docs/data/boards.json"
 TICKS = 10_000
 FULL = "RUN=full measures it"

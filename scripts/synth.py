@@ -19,7 +19,7 @@ from rich.console import Console
 
 from asip_asm.command import command, script_parser
 from asip_asm.files import write_text
-from scripts.synth_unit import OUTPUT, ROOT, TOOLS, SynthesisError, synthesise
+from scripts.synth_unit import MAP_FILE, OUTPUT, ROOT, TOOLS, SynthesisError, synthesise
 from sim.bench.run.tables import resource_table
 from sim.report.cache import Entry, fingerprint, result_of
 from sim.report.provenance import commit
@@ -68,7 +68,7 @@ TOPS = (
 
 def entry(top: Top, seeds: tuple[int, ...]) -> Entry:
     """Where the result of a top is cached, and what it depends on."""
-    own = (Path(__file__), Path(__file__).with_name("synth_unit.py"), TOOLS)
+    own = (Path(__file__), Path(__file__).with_name("synth_unit.py"), MAP_FILE, TOOLS)
     files = [*sources_of(top.module), *own]
     return Entry(OUTPUT / "results" / f"{top.name}.json", fingerprint(files, top, seeds))
 

@@ -167,8 +167,8 @@ class Bench {
 #endif
   }
 
-  // The destructor of a model uses the context of the thread: without this that of the model that was
-  // made last, which may be freed already.
+  // The destructor of a model uses the context of the thread, not its own. Unless it is set here, it
+  // belongs to the model that was made last, which may be freed already.
   ~Bench() { Verilated::threadContextp(&context); }
 
   // A clock in two halves: inputs settle, then the rising edge.

@@ -22,7 +22,7 @@ from scripts.doc_blocks import code_blocks
 from sim.bench.drive.__main__ import main
 from sim.bench.drive.averaged import END, MIDDLE
 from sim.bench.drive.axis import hall
-from sim.bench.drive.axis.alignment import SafeLoop
+from sim.bench.drive.axis.alignment import SHARE, SafeLoop
 from sim.bench.drive.axis.bench import Bench, BringUpError, current_program
 from sim.bench.drive.axis.campaign import campaign, goals, one_result
 from sim.bench.drive.axis.identify import identify, rough_inductance
@@ -737,3 +737,14 @@ def test_hall_lines__offset_and_error_of_each_line_are_measured(tmp_path):
             late = uneven * one.motor.wave * one.resolution
             # Edges 0 and 3 are of u, 1 and 4 of w, 2 and 5 of v.
             assert late == pytest.approx(0.1 * np.array([0, -1, 1, 0, -1, 1]), abs=0.02)
+
+
+def test_hall_lines__a_rotor_that_lags_too_far_is_refused(tmp_path):
+    one = load(changed(tmp_path, **HALL))
+    drags = SHARE * one.motor.i_max * one.motor.force_per_ampere
+    one = replace(one, friction=replace(one.friction, coulomb=0.6 * drags))
+    bench = Bench(one, 0.7, at=0.3 * one.motor.pole)
+    bench.start_up()
+    bench.measure_offsets()
+    with pytest.raises(BringUpError, match=r"A drags the rotor, which lags by \d+ electrical"):
+        hall.align(bench, SafeLoop(rough_inductance(bench)))

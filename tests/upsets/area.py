@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from asip_asm.project import BUILD
-from scripts.synth_unit import ECP5_MAP, _run, read_commands, units_kept
+from scripts.synth_unit import ECP5_MAP, MAP_FILE, _run, read_commands, units_kept
 from sim.bench.motion.sizes import FLOWS, MEASURE
 from sim.report.cache import Entry, fingerprint, load, save
 from sim.rtl.sources import sources_of
@@ -31,7 +31,7 @@ ORDERS = (1, 2, 3, 4, 5)
 
 
 def _entry() -> Entry:
-    files = [*sources_of("asip"), Path(__file__), *MEASURE]
+    files = [*sources_of("asip"), Path(__file__), MAP_FILE, *MEASURE]
     return Entry(RESULT, fingerprint(files, FLOWS))
 
 

@@ -107,8 +107,8 @@ def align(bench: Bench, loop: SafeLoop) -> tuple[float, NDArray[np.float64], flo
     late = max(map(abs, lags))
     if late > MOST_LAG or not all(apart):
         raise BringUpError(
-            f"the rotor lags by {math.degrees(late):.0f} electrical degrees behind a current of "
-            f"{size[0]:.3g} A that drags it; free the motor, or enter a larger rated_current"
+            f"a current of {size[0]:.3g} A drags the rotor, which lags by {math.degrees(late):.0f} "
+            "electrical degrees; free the motor, or enter a larger rated_current"
         )
     each = np.array([np.mean(found) for found in apart])
     offset = wrapped(float(np.angle(np.exp(1j * each).mean())))
