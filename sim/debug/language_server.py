@@ -24,6 +24,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from lsprotocol import types as lsp
+from pygls.exceptions import JsonRpcException, JsonRpcInternalError, PyglsError
 from pygls.lsp.server import LanguageServer
 from pygls.uris import from_fs_path, to_fs_path
 
@@ -166,6 +167,15 @@ class Server(LanguageServer):
         self.checked: dict[str, Checked] = {}
         self.reported: dict[str, set[str]] = {}
         self.turn = threading.Lock()
+
+    def report_server_error(
+        self, error: Exception, source: type[PyglsError] | type[JsonRpcException]
+    ) -> None:
+        """Show an error to the client, but not that a message could not be sent: its message would
+        fail in the same way, without end. pygls logs it.
+        """
+        if source is not JsonRpcInternalError:
+            super().report_server_error(error, source)
 
     def assembled(self, uri: str) -> None:
         """Assemble the saved file of a document and publish what is wrong in it."""

@@ -13,7 +13,15 @@ from pygls.lsp.client import LanguageClient
 
 from asip_asm.assemble import assemble
 from asip_asm.isa import default_isa
-from sim.debug.language_server import check, describe, in_words, issue_cycles, lenses, word_at
+from sim.debug.language_server import (
+    check,
+    describe,
+    in_words,
+    issue_cycles,
+    lenses,
+    serve,
+    word_at,
+)
 
 GOOD = """.program "two products"
 .input x, y
@@ -89,6 +97,20 @@ def test_hover__every_operation_has_a_text():
 
 def test_client__gets_errors_and_cycles__and_none_of_unsaved_text(tmp_path):
     asyncio.run(asyncio.wait_for(_session(tmp_path), 60))
+
+
+def test_client_that_is_gone__is_sent_each_message_once(tmp_path):
+    class Closed:
+        writes = 0
+
+        def write(self, data: bytes) -> None:
+            self.writes += 1
+            raise ValueError("write to closed file")
+
+    server, writer = serve(), Closed()
+    server.protocol.set_writer(writer)
+    server.assembled(saved(tmp_path).as_uri())
+    assert writer.writes == 2  # The problems, and the request to ask for cycles again.
 
 
 async def _session(folder: Path) -> None:
