@@ -31,6 +31,10 @@ UNITS = sorted(path.stem for path in (RTL / "fpu").glob("*.f"))
 # Core -> what it is, and its tops. A core that uses files of another one comes after it.
 CORES = {
     "fpu": ("Floating-point units for IEEE 754 binary32, each a top of its own", UNITS),
+    "memory": (
+        "Memories that tools map to memory blocks and to distributed memory",
+        ["ram_block", "ram_lut", "ram_two_ports"],
+    ),
     "bus": ("Bridge from AXI4-Lite to Avalon-MM", ["axil_bridge"]),
     "asip": ("Floating-point processor for control laws", ["asip", "asip_axil", "asip_lockstep"]),
     "nios": (
@@ -117,11 +121,11 @@ def file_sets(core: str, owner: dict[str, str]) -> dict[str, dict[str, Any]]:
 def core_file(core: str, owner: dict[str, str]) -> dict[str, Any]:
     """The core's description: a target for each top, to lint it, and `default`.
 
-    A core that depends on this one gets `default`: every unit of `fpu`, else the first top.
+    A core that depends on this one gets `default`: the tops of `_first`.
     """
     about, tops = CORES[core]
     sets = file_sets(core, owner)
-    default = ["common", *(tops if core == "fpu" else tops[:1])]
+    default = ["common", *_first(core)]
     targets: dict[str, Any] = {
         "default": {
             "filesets": [
@@ -156,6 +160,12 @@ def core_file(core: str, owner: dict[str, str]) -> dict[str, Any]:
     }
 
 
+def _first(core: str) -> list[str]:
+    """Tops that a core that depends on this one gets."""
+    tops = CORES[core][1]
+    return tops if core in ("fpu", "memory") else tops[:1]
+
+
 def _tools(names: Sequence[str]) -> list[str]:
     return [f"tool_{name}" for name in names]
 
@@ -177,7 +187,7 @@ def assertion_core(core: str, owner: dict[str, str]) -> dict[str, Any]:
     The user's design depends on this core in place of the RTL's own.
     """
     tops = CORES[core][1]
-    first = tops if core == "fpu" else tops[:1]
+    first = _first(core)
     sets: dict[str, list[str]] = {}
     for name, wanted in {"default": first, **{top: [top] for top in tops}}.items():
         need = dict.fromkeys(file for top in wanted for file in needed(top))

@@ -209,10 +209,11 @@ UNCLOCKED_READ = Rule(
     "unclocked-read",
     "",
     "array read outside of a clocked process: in Quartus registers, no memory",
-    'register the read; or for Quartus (* ramstyle = "MLAB" *); or a row of REGISTERS',
+    "register the read; or ram_lut; or a row of UNCLOCKED",
 )
-# Arrays that are meant to be registers: few words, or all of them are read in one clock.
-REGISTERS = {
+# Arrays that are meant to be registers (few words, or all of them are read in one clock), and the
+# memory that has the attribute for Quartus.
+UNCLOCKED = {
     "asip_lockstep": ("safe",),
     "debug_capture": ("own",),
     "debug_scope": ("levels",),
@@ -221,12 +222,13 @@ REGISTERS = {
     "ecat_ports": ("back_data_q",),
     "ecat_unit": ("data_q",),
     "quadrature_decoder": ("lasted_q",),
+    "ram_lut": ("memory",),
 }
-HALF_ATTRIBUTE = Rule(
-    "half-attribute",
-    r"\(\*\s*no_rw_check",
-    "memory attribute of Yosys without that of Quartus",
-    '(* ramstyle = "no_rw_check", no_rw_check *)',
+MEMORY_ATTRIBUTE = Rule(
+    "memory-attribute",
+    r"\(\*[^*]*\b(ramstyle|ram_style|no_rw_check)\b",
+    "memory attribute outside rtl/memory",
+    "an instance of ram_block, ram_lut or ram_two_ports",
 )
 UNPACKED_PORT = Rule("unpacked-port", "", "unpacked array port", "a packed vector, [N-1:0][31:0]")
 DEFAULT_ARGUMENT = Rule("default-argument", "", "default value of an argument", "pass every one")
@@ -241,7 +243,7 @@ SIMULATION_ONLY = Rule(
 )
 ALL_RULES = (
     *RULES,
-    *(GENERATE, UNNAMED, PORT_DIRECTION, ENUM_ARRAY, UNCLOCKED_READ, HALF_ATTRIBUTE),
+    *(GENERATE, UNNAMED, PORT_DIRECTION, ENUM_ARRAY, UNCLOCKED_READ, MEMORY_ATTRIBUTE),
     *(UNPACKED_PORT, DEFAULT_ARGUMENT, RESULT_FIELD, SIMULATION_ONLY),
 )
 
@@ -340,18 +342,14 @@ def _enum_arrays(text: str) -> Iterator[int]:
         yield match.start()
 
 
-def _unclocked_reads(text: str, source: str, stem: str) -> Iterator[int]:
-    """Positions of reads of an array outside of clocked processes, where it should be a memory.
-
-    text: as it is; source: without comments and attributes.
-    """
+def _unclocked_reads(source: str, stem: str) -> Iterator[int]:
+    """Positions of reads of an array outside of clocked processes, where it should be a memory."""
     array = r"(?m)^\s*logic\b(?:\s+signed)?(?:\s*\[[^\]]*\])*\s*(\w+)\s*\[[^\]]*:[^\]]*\]"
     item = r"\b(always_ff|always_comb|always\s*@|assign|initial|function|logic)\b"
     starts = [(match.start(), match[1]) for match in re.finditer(item, source)]
     for declared in re.finditer(array, source):
-        name, before = declared[1], text[: declared.start(1)]
-        distributed = re.search(r'ramstyle = "MLAB" \*\)\s*(?:`endif)?\s*logic[^;]*$', before)
-        if distributed or name in REGISTERS.get(stem, ()):
+        name = declared[1]
+        if name in UNCLOCKED.get(stem, ()):
             continue
         for use in re.finditer(rf"\b{name}\s*\[", source):
             kind = next((word for at, word in reversed(starts) if at < use.start()), "logic")
@@ -380,10 +378,10 @@ def check(text: str, path: Path = Path("<text>")) -> list[Finding]:
     found += [(at, GENERATE) for at in _generates_outside(text)]
     found += [(at, UNNAMED) for at in _unnamed(text)]
     found += [(at, ENUM_ARRAY) for at in _enum_arrays(source)]
-    found += [(at, UNCLOCKED_READ) for at in _unclocked_reads(text, source, path.stem)]
-    found += [
-        (match.start(), HALF_ATTRIBUTE) for match in re.finditer(HALF_ATTRIBUTE.pattern, text)
-    ]
+    found += [(at, UNCLOCKED_READ) for at in _unclocked_reads(source, path.stem)]
+    if path.parent.name != "memory":
+        attributes = re.finditer(MEMORY_ATTRIBUTE.pattern, text)
+        found += [(match.start(), MEMORY_ATTRIBUTE) for match in attributes]
     kept = _synthesised(source)
     for match in re.finditer(SIMULATION_ONLY.pattern, kept):
         line = kept.count("\n", 0, match.start())

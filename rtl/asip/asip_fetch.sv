@@ -111,18 +111,22 @@ module asip_fetch #(
   genvar l;
   generate
     for (l = 0; l < Lanes; l++) begin : gen_lane
-      (* ramstyle = "no_rw_check", no_rw_check *) logic [WordWidth-1:0] memory[0:Bundles-1];
-      logic [WordWidth-1:0] read_f1_q, word_f2_q;
+      logic [WordWidth-1:0] word_f1, word_f2_q;
 
-      always_ff @(posedge clk_i) begin
-        if (write_i && write_lane_i == l[1:0]) begin
-          memory[write_bundle_i] <= WordWidth'({^write_data_i, write_data_i});
-        end
-        if (advance_i) begin
-          read_f1_q <= memory[pc_q[AddressWidth-1:0]];
-          word_f2_q <= read_f1_q;
-        end
-      end
+      ram_block #(
+          .Words(Bundles),
+          .Width(WordWidth)
+      ) u_ram (
+          .clk_i,
+          .write_i        (write_i && write_lane_i == l[1:0]),
+          .write_address_i(write_bundle_i),
+          .write_data_i   (WordWidth'({^write_data_i, write_data_i})),
+          .read_i         (advance_i),
+          .read_address_i (pc_q[AddressWidth-1:0]),
+          .read_data_o    (word_f1)
+      );
+
+      always_ff @(posedge clk_i) if (advance_i) word_f2_q <= word_f1;
 
       assign lanes_f2_q[32*l+:32] = word_f2_q[31:0];
       assign bad_word_f2[l]       = Resilience != 0 && (^word_f2_q);

@@ -30,11 +30,10 @@ module asip_memory #(
 
   logic [16:0] address_e1;  // without the upper half of the index
   logic [AddressWidth-1:0] address_e2_q;
-  logic [31:0] data_e2_q, read_e3_q, result_q;
+  logic [31:0] data_e2_q, read_e3, result_q;
   logic host_write_q, load_e2_q, store_e2_q, load_e3_q, valid_q;
   logic zeros_e2_q, ones_e2_q, carry_e2_q, above_e2_q;  // of the sum's upper bits
   logic inside_e2, write_e2, host_inside;
-  logic [31:0] memory[0:Words-1];
 
   // The upper half of the sum is zero if that of the index is, or becomes so with the carry.
   assign address_e1  = {1'b0, index_i[15:0]} + {1'b0, imm_i};
@@ -67,10 +66,22 @@ module asip_memory #(
     address_e2_q <= host_select_i ? host_address_i[AddressWidth-1:0] :
                     address_e1[AddressWidth-1:0];
     data_e2_q    <= host_select_i ? host_data_i : data_i;
-    if (write_e2) memory[address_e2_q] <= data_e2_q;
-    read_e3_q <= memory[address_e2_q];
-    result_q  <= read_e3_q;
+    result_q     <= read_e3;
   end
+
+  // Nobody uses what is read in the clock of a write.
+  ram_block #(
+      .Words(Words),
+      .Width(32)
+  ) u_ram (
+      .clk_i,
+      .write_i        (write_e2),
+      .write_address_i(address_e2_q),
+      .write_data_i   (data_e2_q),
+      .read_i         (1'b1),
+      .read_address_i (address_e2_q),
+      .read_data_o    (read_e3)
+  );
 
   assign valid_o     = valid_q;
   assign result_o    = result_q;

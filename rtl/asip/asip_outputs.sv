@@ -44,9 +44,8 @@ module asip_outputs #(
   logic [4:0] index_q;
   logic page_d, safe_d;
   logic [31:0] data_d, data_q;
-  logic [WordWidth-1:0] word, read_q, host_read_q;
-  logic [31:0] record_read_q, record_word_q;
-  (* ramstyle = "no_rw_check", no_rw_check *) logic [WordWidth-1:0] memory[0:127];
+  logic [WordWidth-1:0] word, host_word, host_read_q;
+  logic [31:0] record_word, record_word_q;
 
   assign not_finite_o       = not_finite_q;
   assign not_finite_index_o = index_q;
@@ -77,17 +76,37 @@ module asip_outputs #(
     write_safe_q   <= host_write_safe_i;
     write_record_q <= host_write_record_i;
     index_q        <= host_write ? host_index_i : index_i;
-    data_q       <= data_d;
-    if (write_q) memory[{write_page, index_q}] <= word;
-    read_q      <= memory[{read_page, host_index_i}];
-    host_read_q <= read_q;
+    data_q         <= data_d;
+    host_read_q    <= host_word;
+    record_word_q  <= record_word;
   end
 
-  always_ff @(posedge clk_i) begin
-    record_read_q <= memory[{read_record_i ? PageRecord : {1'b0, page_q ^ !read_shown_i},
-                             read_index_i}][31:0];
-    record_word_q <= record_read_q;
-  end
+  // One copy for the host, one for the record.
+  ram_block #(
+      .Words(128),
+      .Width(WordWidth)
+  ) u_host (
+      .clk_i,
+      .write_i        (write_q),
+      .write_address_i({write_page, index_q}),
+      .write_data_i   (word),
+      .read_i         (1'b1),
+      .read_address_i ({read_page, host_index_i}),
+      .read_data_o    (host_word)
+  );
+
+  ram_block #(
+      .Words(128),
+      .Width(32)
+  ) u_record (
+      .clk_i,
+      .write_i        (write_q),
+      .write_address_i({write_page, index_q}),
+      .write_data_i   (data_q),
+      .read_i         (1'b1),
+      .read_address_i ({read_record_i ? PageRecord : {1'b0, page_q ^ !read_shown_i}, read_index_i}),
+      .read_data_o    (record_word)
+  );
 
   assign word_o      = record_word_q;
 

@@ -21,15 +21,18 @@ module asip_regbank #(
   genvar p;
   generate
     for (p = 0; p < ReadPorts; p++) begin : gen_copy
-      (* ramstyle = "no_rw_check", no_rw_check *) logic [Width-1:0] memory[0:2**IndexWidth-1];
-      logic [Width-1:0] read_q;
-
-      always_ff @(posedge clk_i) begin
-        if (write_i) memory[write_index_i] <= write_data_i;
-        read_q <= memory[read_index_i[p]];
-      end
-
-      assign read_data_o[p] = read_q;
+      ram_block #(
+          .Words(2 ** IndexWidth),
+          .Width(Width)
+      ) u_ram (
+          .clk_i,
+          .write_i,
+          .write_address_i(write_index_i),
+          .write_data_i,
+          .read_i         (1'b1),
+          .read_address_i (read_index_i[p]),
+          .read_data_o    (read_data_o[p])
+      );
     end
   endgenerate
 

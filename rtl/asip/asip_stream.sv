@@ -42,15 +42,18 @@ module asip_stream #(
   genvar l;
   generate
     for (l = 0; l <= Lanes; l++) begin : gen_lane
-      (* ramstyle = "no_rw_check", no_rw_check *) logic [31:0] memory[0:Words-1];
-      logic [31:0] word_r1_q;
-
-      always_ff @(posedge clk_i) begin
-        if (write_i && fits && write_lane_i == l[1:0]) memory[write_address_i[AddressWidth-1:0]] <= write_data_i;
-        word_r1_q <= memory[pointer_q];
-      end
-
-      assign word_r1_o[l] = word_r1_q;
+      ram_block #(
+          .Words(Words),
+          .Width(32)
+      ) u_ram (
+          .clk_i,
+          .write_i        (write_i && fits && write_lane_i == l[1:0]),
+          .write_address_i(write_address_i[AddressWidth-1:0]),
+          .write_data_i,
+          .read_i         (1'b1),
+          .read_address_i (pointer_q),
+          .read_data_o    (word_r1_o[l])
+      );
     end
 
     if (AddressWidth < 15) begin : gen_unused

@@ -28,15 +28,18 @@ module ci_fsat (
   logic unused_reset;
   assign unused_reset = reset_i;
 
-`ifdef QUARTUS
-  (* ramstyle = "MLAB" *)
-`endif
-  logic [63:0] bounds[0:31];
   logic [63:0] read;
-  assign read = bounds[readra_i?b_i : a_i];
-  always_ff @(posedge clk_i)
-    if (start_i && clk_en_i && !writerc_i && readra_i && readrb_i)
-      bounds[c_i] <= {dataa_i, datab_i};
+  ram_lut #(
+      .Words(32),
+      .Width(64)
+  ) u_bounds (
+      .clk_i,
+      .write_i        (start_i && clk_en_i && !writerc_i && readra_i && readrb_i),
+      .write_address_i(c_i),
+      .write_data_i   ({dataa_i, datab_i}),
+      .read_address_i (readra_i ? b_i : a_i),
+      .read_data_o    (read)
+  );
 
   // Both ranks run freely on held operands, as the pipelines of the other components. The first one
   // takes the bounds, the second one compares.

@@ -4,6 +4,8 @@ rtl/gen/asip_regmap_pkg.sv
 rtl/asip/asip_pkg.sv
 rtl/gen/debug_regmap_pkg.sv
 rtl/debug/debug_pkg.sv
+rtl/memory/ram_block.sv
+rtl/memory/ram_lut.sv
 rtl/fpu/fp_lzc.sv
 rtl/fpu/fp_shift_right.sv
 rtl/fpu/fp_round.sv

@@ -158,10 +158,6 @@ module debug_capture #(
 
     // ---- sources: the slot of the word in data_q
     for (s = 0; s < Sources; s++) begin : gen_source
-`ifdef QUARTUS
-      (* ramstyle = "MLAB" *)
-`endif
-      logic [31:0] memory[0:Channels-1];
       logic some_one, some_last;  // a channel takes it
       logic [2:0] slot_one, slot_last;
 
@@ -184,9 +180,16 @@ module debug_capture #(
 
       assign slot[s] = some_one ? slot_one : slot_last;
 
-      always_ff @(posedge clk_i) if (some_one || some_last) memory[slot[s]] <= data_q[s];
-
-      assign waiting[s] = memory[from_slot_q];
+      ram_lut #(
+          .Words(Channels)
+      ) u_ram (
+          .clk_i,
+          .write_i        (some_one || some_last),
+          .write_address_i(slot[s]),
+          .write_data_i   (data_q[s]),
+          .read_address_i (from_slot_q),
+          .read_data_o    (waiting[s])
+      );
     end
   endgenerate
 

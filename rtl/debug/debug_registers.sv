@@ -70,13 +70,9 @@ module debug_registers #(
   endfunction
 
   logic in_csr, done_q, ring_q, keep;
-  logic [31:0] config_word, other_word, count_word, word, read_q, runs_q;
+  logic [31:0] config_word, other_word, count_word, kept_word, word, read_q, runs_q;
   logic [1:0] count, select;
   logic [Registers-1:0] kept, ready;
-`ifdef QUARTUS
-  (* ramstyle = "MLAB" *)
-`endif
-  logic [31:0] memory[0:Kept-1];
 
   assign in_csr        = in_block(address_i, debug_regmap_pkg::BASE_CSR,
                                   debug_regmap_pkg::WORDS_CSR);
@@ -134,12 +130,23 @@ module debug_registers #(
     case (select)
       2'd0: word = count_word;
       2'd1: word = place_i;
-      2'd2: word = memory[csr_index_o[4:0]];
+      2'd2: word = kept_word;
       default: word = other_word;
     endcase
   end
 
   assign keep = csr_write_o && kept[csr_index_o];
+
+  ram_lut #(
+      .Words(Kept)
+  ) u_ram (
+      .clk_i,
+      .write_i        (keep),
+      .write_address_i(csr_index_o[4:0]),
+      .write_data_i   (writedata_i),
+      .read_address_i (csr_index_o[4:0]),
+      .read_data_o    (kept_word)
+  );
 
   genvar i;
   generate
@@ -169,7 +176,6 @@ module debug_registers #(
   end
 
   always_ff @(posedge clk_i) begin
-    if (keep) memory[csr_index_o[4:0]] <= writedata_i;
     ring_q <= ring_read_o;
     read_q <= in_csr ? word : 32'd0;
   end

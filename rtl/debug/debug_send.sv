@@ -35,10 +35,6 @@ module debug_send (
   logic write, add, sent;
   logic [7:0] place, word, add_data;
   logic [7:0] read_data;
-`ifdef QUARTUS
-  (* ramstyle = "MLAB" *)
-`endif
-  logic [7:0] memory[0:511];
 
   assign ready_o = state_q == StOpen;
   assign sent    = send_o && ready_i && read_data == 8'd0;
@@ -113,9 +109,18 @@ module debug_send (
     end
   end
 
-  always_ff @(posedge clk_i) if (write) memory[{half_q, place}] <= word;
+  ram_lut #(
+      .Words(512),
+      .Width(8)
+  ) u_ram (
+      .clk_i,
+      .write_i        (write),
+      .write_address_i({half_q, place}),
+      .write_data_i   (word),
+      .read_address_i ({out_half_q, out_q}),
+      .read_data_o    (read_data)
+  );
 
-  assign read_data = memory[{out_half_q, out_q}];
   assign send_o    = full_q[out_half_q];
   assign data_o    = read_data;
 

@@ -3,6 +3,7 @@ rtl/gen/asip_isa_pkg.sv
 rtl/gen/asip_regmap_pkg.sv
 rtl/asip/asip_pkg.sv
 rtl/gen/dual_regmap_pkg.sv
+rtl/memory/ram_block.sv
 rtl/fpu/fp_lzc.sv
 rtl/fpu/fp_shift_right.sv
 rtl/fpu/fp_round.sv

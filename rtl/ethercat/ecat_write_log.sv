@@ -23,10 +23,6 @@ module ecat_write_log #(
   localparam int unsigned Width = $clog2(Depth);
   localparam logic [3:0] Drain = 4'd14;
 
-  // What is read while something is pushed is not used.
-  (* ramstyle = "no_rw_check", no_rw_check *)
-  logic [ecat_pkg::LOG_WIDTH-1:0] store_q[0:Depth-1];
-  logic [ecat_pkg::LOG_WIDTH-1:0] entry_q;
   logic [Width:0] count_q, left_q;
   logic [Width-1:0] place_q, place;
   logic [3:0] drain_q;
@@ -35,10 +31,19 @@ module ecat_write_log #(
   assign take  = valid_q && ready_i;
   assign place = take ? place_q + 1'b1 : place_q;
 
-  always_ff @(posedge clk_i) begin
-    if (push_i && !count_q[Width]) store_q[count_q[Width-1:0]] <= entry_i;
-  end
-  always_ff @(posedge clk_i) entry_q <= store_q[place];
+  // What is read while something is pushed is not used.
+  ram_block #(
+      .Words(Depth),
+      .Width(ecat_pkg::LOG_WIDTH)
+  ) u_store (
+      .clk_i,
+      .write_i        (push_i && !count_q[Width]),
+      .write_address_i(count_q[Width-1:0]),
+      .write_data_i   (entry_i),
+      .read_i         (1'b1),
+      .read_address_i (place),
+      .read_data_o    (entry_o)
+  );
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
@@ -76,6 +81,5 @@ module ecat_write_log #(
   assign busy_o  = busy_q;
   assign done_o  = busy_q && drain_q == '0;
   assign valid_o = valid_q;
-  assign entry_o = entry_q;
 
 endmodule

@@ -1,5 +1,6 @@
 rtl/ethercat/ecat_pkg.sv
 rtl/gen/esc_regmap_pkg.sv
+rtl/memory/ram_block.sv
 rtl/ethercat/mii_receive.sv
 rtl/ethercat/ecat_ports.sv
 rtl/ethercat/ecat_check.sv

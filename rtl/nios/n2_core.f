@@ -1,5 +1,6 @@
 rtl/gen/n2_isa_pkg.sv
 rtl/nios/n2_pkg.sv
+rtl/memory/ram_lut.sv
 rtl/nios/n2_alu.sv
 rtl/nios/n2_shift.sv
 rtl/nios/n2_mul.sv

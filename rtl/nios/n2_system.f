@@ -5,6 +5,8 @@ rtl/gen/ci_pkg.sv
 rtl/gen/n2_isa_pkg.sv
 rtl/nios/n2_pkg.sv
 rtl/gen/n2_debug_regmap_pkg.sv
+rtl/memory/ram_lut.sv
+rtl/memory/ram_two_ports.sv
 rtl/nios/n2_fetch.sv
 rtl/nios/n2_decode.sv
 rtl/nios/n2_regfile.sv

@@ -22,21 +22,22 @@ module n2_tcm #(
   genvar i;
   generate
     for (i = 0; i < 4; i++) begin : gen_byte
-      (* ramstyle = "no_rw_check", no_rw_check *) logic [7:0] memory[0:Words-1];
-
-      always @(posedge clk_i) begin
-        if (a_en_i) begin
-          a_rdata_o[8*i+:8] <= memory[a_address_i];
-          if (a_we_i[i]) memory[a_address_i] <= a_wdata_i[8*i+:8];
-        end
-      end
-
-      always @(posedge clk_i) begin
-        if (b_en_i) begin
-          b_rdata_o[8*i+:8] <= memory[b_address_i];
-          if (b_we_i[i]) memory[b_address_i] <= b_wdata_i[8*i+:8];
-        end
-      end
+      ram_two_ports #(
+          .Words(Words),
+          .Width(8)
+      ) u_ram (
+          .clk_i,
+          .a_en_i,
+          .a_we_i   (a_we_i[i]),
+          .a_address_i,
+          .a_wdata_i(a_wdata_i[8*i+:8]),
+          .a_rdata_o(a_rdata_o[8*i+:8]),
+          .b_en_i,
+          .b_we_i   (b_we_i[i]),
+          .b_address_i,
+          .b_wdata_i(b_wdata_i[8*i+:8]),
+          .b_rdata_o(b_rdata_o[8*i+:8])
+      );
     end
   endgenerate
 

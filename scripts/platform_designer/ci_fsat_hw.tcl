@@ -24,6 +24,7 @@ proc add_sources {entity} {
   set root [file join [get_module_property MODULE_DIRECTORY] .. ..]
   foreach path {
     rtl/fpu/fp_pkg.sv
+    rtl/memory/ram_lut.sv
     rtl/custom/ci_order.sv
     rtl/custom/ci_fsat.sv
   } {

@@ -110,7 +110,7 @@ class Committed(Observer):
         left, place = run.signal("left_q", cycle), run.signal("place_q", cycle)
         kept = []
         for n in range(PLACES):
-            same = logic.eq(run.signal(f"store_q[{n}]", cycle), own[f"entry{n}"])
+            same = logic.eq(run.signal(f"u_store.memory[{n}]", cycle), own[f"entry{n}"])
             going = logic.all(busy, logic.ult(logic.bv(3, n), own["committed"]))
             kept.append(
                 logic.implies(logic.any(going, logic.ult(logic.bv(3, n), own["pushed"])), same)

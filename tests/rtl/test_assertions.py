@@ -38,7 +38,6 @@ PACKAGES = [
 BOUND = ROOT / "rtl/motion/line_interpolator.sv"
 # Registers without a rule of order: memories, the steps of an approximation, and boards' tops.
 WITHOUT = {
-    "asip_regbank",  # rules of its reads and writes: asip_operands, asip_issue
     *("fp_sincos_memory", "fp_sincos_result"),  # rules: fp_sincos, fp_sincos_overlapped
     *("asip_de3", "asip_ecp5"),  # reset and lights
 }

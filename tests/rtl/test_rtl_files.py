@@ -36,7 +36,7 @@ ECP5_BOARDS = {
 }
 # Blocks of their own, which no file list of the ASIP names.
 GENERATED = ("absolute", "ci", "debug", "drive", "dual", "encoder", "esc", "motion", "n2")
-FOLDERS = ("bus", "custom", "debug", "drive", "dual", "ethercat", "motion", "nios")
+FOLDERS = ("bus", "custom", "debug", "drive", "dual", "ethercat", "memory", "motion", "nios")
 OTHER_BLOCKS = tuple(
     f"rtl/{folder}/{prefix}"
     for folder, prefix in (

@@ -43,10 +43,10 @@ class Kind:
 
 KINDS = (
     Kind("flip-flops", 0.5, r"(_q|\.Q)$", False),
-    Kind("program memory in use", 0.2, r"\.u_fetch\.gen_lane\[\d+\]\.memory$", True),
+    Kind("program memory in use", 0.2, r"\.u_fetch\.gen_lane\[\d+\]\.u_ram\.memory$", True),
     Kind("bank K in use", 0.1, r"\.u_bank_k\..*\.memory$", True),
     Kind("banks A, B, C", 0.1, r"\.u_bank_[abc]\..*\.memory$", True),
-    Kind("outputs in use", 0.1, r"\.u_outputs\.memory$", True),
+    Kind("outputs in use", 0.1, r"\.u_outputs\.u_host\.memory$", True),
 )
 
 
