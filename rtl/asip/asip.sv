@@ -66,7 +66,7 @@ module asip #(
   logic [15:0] target_q;
   logic [15:0] pc_r1_q, pc_r2_q, pc_e1_q, pc_e2_q;
   logic [Slots*OpWidth-1:0] ops_r1_q, ops_r2_q, ops_e1_q;
-  logic [Ports-1:0][31:0] operand_e1;
+  logic [Ports-1:0][31:0] operand_r2, operand_e1;
   asip_pkg::decoded_t aux_p, aux_d, aux_e1;
   logic address_fault;
   // ---- write-back
@@ -350,6 +350,7 @@ module asip #(
       .stream_r1_i          (stream_r1),
       .guard_i              (guard),
       .bad_constant_e1_o    (bad_constant_e1),
+      .operand_r2_o         (operand_r2),
       .operand_e1_o         (operand_e1)
   );
 
@@ -375,33 +376,47 @@ module asip #(
       logic [5*FmaPipes*(Lanes+1)-1:0] flags_lane;
 
       for (p = 0; p < FmaPipes; p++) begin : gen_pipe
-        asip_pkg::decoded_t op_e1;
+        asip_pkg::decoded_t op_r2, op_e1;
+        asip_pkg::range_t range_r2;
         logic [127:0] addend_e1;  // by lane
-        logic [2:0] vector_e1;  // by operand
+        logic [2:0] own_r2;  // by operand
+        logic [7:0] exponent_r2, exponent_e1_q;
+        logic keep_e1, least_e1;
         localparam logic [2:0] Own = p == 0 ? asip_isa_pkg::BANK_A : asip_isa_pkg::BANK_B;
 
+        assign op_r2                = ops_r2_q[OpWidth*p+:OpWidth];
         assign op_e1                = ops_e1_q[OpWidth*p+:OpWidth];
         assign addend_e1[31:0]      = operand_e1[3*p+2];
         assign flags_lane[5*p*(Lanes+1)+:5] = '0;
-        // Registers of the pipe's bank are vectors: in field c always, elsewhere if the operation says so.
-        assign vector_e1[0] = op_e1.every && op_e1.a[8:6] == Own;
-        assign vector_e1[1] = op_e1.every && op_e1.b[8:6] == Own;
-        assign vector_e1[2] = op_e1.c[8:6] == Own || op_e1.c[8:6] == asip_isa_pkg::BANK_ZERO;
+        // A lane has words of its own for registers of the pipe's bank, in field c always, elsewhere if the
+        // operation says so, and for the stream.
+        assign own_r2[0] = (op_r2.every && op_r2.a[8:6] == Own) || op_r2.a[8:6] == asip_isa_pkg::BANK_S;
+        assign own_r2[1] = op_r2.every && op_r2.b[8:6] == Own;
+        assign own_r2[2] = op_r2.c[8:6] == Own || op_r2.c[8:6] == asip_isa_pkg::BANK_ZERO;
 
-        asip_vector u_vector (
-            .power_i(op_e1.power),
-            .below_i(op_e1.below),
-            .above_i(op_e1.above),
-            .a_i    (operand_e1[3*p]),
-            .b_i    (operand_e1[3*p+1]),
-            .a_o    (operand_units[3*p]),
-            .b_o    (operand_units[3*p+1])
+        // Before the multiply-add `vbelow` and `vabove` limit operand a, and `vscale` makes 2^n of b, n its lowest 8 bits.
+        assign range_r2    = asip_pkg::range_of(operand_r2[3*p]);
+        assign exponent_r2 = operand_r2[3*p+1][7:0] + 8'd127;
+
+        asip_limit u_limit (
+            .clk_i,
+            .used_i (1'b1),
+            .below_i(op_r2.below),
+            .above_i(op_r2.above),
+            .range_i(range_r2),
+            .keep_o (keep_e1),
+            .least_o(least_e1)
         );
+
+        always_ff @(posedge clk_i) exponent_e1_q <= exponent_r2;
+
+        assign operand_units[3*p]   = (operand_e1[3*p] & {32{keep_e1}}) | {least_e1, least_e1, 4'd0, least_e1, 25'd0};
+        assign operand_units[3*p+1] = op_e1.power ? {1'b0, exponent_e1_q, 23'd0} : operand_e1[3*p+1];
 
         assign operand_units[3*p+2] = op_e1.pick ? addend_e1[32*op_e1.b[1:0]+:32] : operand_e1[3*p+2];
 
         logic unused_op;
-        assign unused_op = ^op_e1;
+        assign unused_op = ^{op_r2, op_e1};
 
         for (s = 1; s < 4; s++) begin : gen_lane
           if (s <= Lanes) begin : gen_there
@@ -416,13 +431,14 @@ module asip #(
                 .write_i      (write[p]),
                 .write_index_i(write_index[p]),
                 .word_r1_i    (words_r1[p][s]),
+                .power_r2_i   (op_r2.power),
+                .below_r2_i   (op_r2.below),
+                .above_r2_i   (op_r2.above),
+                .own_r2_i     (own_r2),
+                .exponent_r2_i(exponent_r2),
+                .range_r2_i   (range_r2),
                 .start_e1_i   (valid_e1_q && op_e1.lanes && !op_e1.pick),
                 .kind_e1_i    (op_e1.fma_kind),
-                .power_e1_i   (op_e1.power),
-                .below_e1_i   (op_e1.below),
-                .above_e1_i   (op_e1.above),
-                .stream_e1_i  (op_e1.a[8:6] == asip_isa_pkg::BANK_S),
-                .vector_e1_i  (vector_e1),
                 .operand_e1_i (operand_e1[3*p+:3]),
                 .addend_e1_o  (addend_e1[32*s+:32]),
                 .flags_o      (flags_lane[5*(p*(Lanes+1)+s)+:5])
@@ -722,6 +738,6 @@ module asip #(
   assign trace_data_o  = result;
 
   logic unused_ops;
-  assign unused_ops = ^{ops_e1_q, decoded_p, decoded_q, decoded_d};
+  assign unused_ops = ^{ops_e1_q, operand_r2, decoded_p, decoded_q, decoded_d};
 
 endmodule

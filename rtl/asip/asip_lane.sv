@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_lane: a further lane of a multiply-add pipe: bank of registers, operands, arithmetic.
 // Contract: a vector operation of the pipe does here what it does in the pipe, in the same cycles. Of its operands
-// vector_e1_i are the registers of the same index here, `zero` among them; stream_e1_i is set if the first one
-// is this lane's word of the stream; the others are the pipe's own. Writes are those of the pipe's bank that a
+// own_r2_i are the registers of the same index here, `zero` among them, and of the first one this lane's word of the
+// stream; the others are the pipe's. Writes are those of the pipe's bank that a
 // vector operation makes. addend_e1_o is the register that the bundle names as addend, whatever its operation.
-// What asip_vector makes of an operand that is the lane's own is decided in R2 as far as the operand alone decides.
 module asip_lane (
     input  logic                 clk_i,
     input  logic                 rst_ni,
@@ -19,14 +18,16 @@ module asip_lane (
     input  logic [5:0]           write_index_i,
     // from the stream, R1
     input  logic [31:0]          word_r1_i,
+    // from the pipe, R2: the operation; of the pipe's operands, the exponent of 2^b and where a is
+    input  logic                 power_r2_i,
+    input  logic                 below_r2_i,
+    input  logic                 above_r2_i,
+    input  logic [2:0]           own_r2_i,
+    input  logic [7:0]           exponent_r2_i,
+    input  asip_pkg::range_t     range_r2_i,
     // from the operand stage, E1: operands c, b, a of the pipe
     input  logic                 start_e1_i,
     input  logic [1:0]           kind_e1_i,
-    input  logic                 power_e1_i,
-    input  logic                 below_e1_i,
-    input  logic                 above_e1_i,
-    input  logic                 stream_e1_i,
-    input  logic [2:0]           vector_e1_i,
     input  logic [2:0][31:0]     operand_e1_i,
     output logic [31:0]          addend_e1_o,
     output fp_pkg::flags_t       flags_o
@@ -41,9 +42,10 @@ module asip_lane (
   logic [2:0][5:0] index_d;
   logic [2:0][31:0] read_r1, read_r2_q, bypass_r2_q, own_r2, own_e1_q;
   logic stream_d, stream_r1_q, stream_r2_q;  // operand a is a word of the stream
-  logic not_nan_r2, far_r2;
-  logic positive_e1_q, negative_e1_q, far_e1_q;  // operand a of the lane, no NaN; far: -32 or below
-  logic [7:0] power_r2, power_e1_q;
+  logic keep_own_e1, keep_pipe_e1, least_own_e1, least_pipe_e1, least_e1;
+  logic power_e1_q;
+  logic [1:0] own_bc_e1_q;
+  logic [7:0] exponent_e1_q;
   logic [31:0] last_q, word_r2_q, result, a_e1, b_e1, c_e1;
   fp_pkg::flags_t flags;
 
@@ -88,9 +90,25 @@ module asip_lane (
     if (stream_r2_q) own_r2[0] = word_r2_q;
   end
 
-  assign not_nan_r2 = !((&own_r2[0][30:23]) && (|own_r2[0][22:0]));
-  assign far_r2     = own_r2[0][31] && own_r2[0][30] && (|own_r2[0][29:25]);
-  assign power_r2   = own_r2[1][7:0] + 8'd127;
+  asip_limit u_own (
+      .clk_i,
+      .used_i (own_r2_i[0]),
+      .below_i(below_r2_i),
+      .above_i(above_r2_i),
+      .range_i(asip_pkg::range_of(own_r2[0])),
+      .keep_o (keep_own_e1),
+      .least_o(least_own_e1)
+  );
+
+  asip_limit u_pipe (
+      .clk_i,
+      .used_i (!own_r2_i[0]),
+      .below_i(below_r2_i),
+      .above_i(above_r2_i),
+      .range_i(range_r2_i),
+      .keep_o (keep_pipe_e1),
+      .least_o(least_pipe_e1)
+  );
 
   always_ff @(posedge clk_i) begin
     soon_r1_q     <= soon;
@@ -108,27 +126,17 @@ module asip_lane (
       bypass_r2_q[i] <= ({32{next_r1_q[i]}} & result) | ({32{now_r1_q[i]}} & last_q);
     end
     own_e1_q      <= own_r2;
-    positive_e1_q <= not_nan_r2 && !own_r2[0][31];
-    negative_e1_q <= not_nan_r2 && own_r2[0][31];
-    far_e1_q      <= not_nan_r2 && far_r2;
-    power_e1_q    <= power_r2;
+    own_bc_e1_q   <= own_r2_i[2:1];
+    power_e1_q    <= power_r2_i;
+    exponent_e1_q <= own_r2_i[1] ? own_r2[1][7:0] + 8'd127 : exponent_r2_i;
   end
 
-  asip_lane_operands u_operands (
-      .power_i    (power_e1_i),
-      .below_i    (below_e1_i),
-      .above_i    (above_e1_i),
-      .select_i   (vector_e1_i | {2'd0, stream_e1_i}),
-      .own_i      (own_e1_q),
-      .positive_i (positive_e1_q),
-      .negative_i (negative_e1_q),
-      .far_i      (far_e1_q),
-      .own_power_i(power_e1_q),
-      .pipe_i     (operand_e1_i),
-      .a_o        (a_e1),
-      .b_o        (b_e1),
-      .c_o        (c_e1)
-  );
+  // -32 has three bits set.
+  assign least_e1 = least_own_e1 || least_pipe_e1;
+  assign a_e1 = (own_e1_q[0] & {32{keep_own_e1}}) | (operand_e1_i[0] & {32{keep_pipe_e1}})
+              | {least_e1, least_e1, 4'd0, least_e1, 25'd0};
+  assign b_e1 = power_e1_q ? {1'b0, exponent_e1_q, 23'd0} : own_bc_e1_q[0] ? own_e1_q[1] : operand_e1_i[1];
+  assign c_e1 = own_bc_e1_q[1] ? own_e1_q[2] : operand_e1_i[2];
 
   fp_fma u_fma (
       .clk_i,

@@ -30,7 +30,8 @@ module asip_operands_multiple #(
     // from redundancy; a word of bank K is wrong, with the operands
     input  asip_pkg::guard_t           guard_i,
     output logic                       bad_constant_e1_o,
-    // to the units, stage E1
+    // to the units; a stage before E1, and in E1
+    output logic [Ports-1:0][31:0]     operand_r2_o,
     output logic [Ports-1:0][31:0]     operand_e1_o
 );
 
@@ -50,7 +51,7 @@ module asip_operands_multiple #(
   logic [Ports-1:0][2:0] soon_r1_q, next_r1_q, now_r1_q;  // one of banks A, B, C, or none
   logic [Ports-1:0][31:0] read_a, read_b, read_c, read_k;
   logic [Ports-1:0][31:0] read_a_r2_q, read_b_r2_q, read_c_r2_q, read_k_r2_q, bypass_r2_q;
-  logic [Ports-1:0][31:0] operand_e1_q;
+  logic [Ports-1:0][31:0] operand_r2, operand_e1_q;
   logic [Ports-1:0][31:0] stream_r2;  // of the stream of the port's slot
   logic [Ports-1:0] streams_r2;
   logic [2:0][31:0] last_data_q;
@@ -127,15 +128,19 @@ module asip_operands_multiple #(
         read_c_r2_q[p] <= read_c[p];
         read_k_r2_q[p] <= read_k[p];
         bypass_r2_q[p] <= bypass_r1;
+        operand_e1_q[p] <= operand_r2[p];
+      end
+
+      always_comb begin
         case (from_r2_q[p])
-          asip_pkg::SELECT_A: operand_e1_q[p] <= read_a_r2_q[p];
-          asip_pkg::SELECT_B: operand_e1_q[p] <= read_b_r2_q[p];
-          asip_pkg::SELECT_C: operand_e1_q[p] <= read_c_r2_q[p];
-          asip_pkg::SELECT_K: operand_e1_q[p] <= streams_r2[p] ? stream_r2[p] : read_k_r2_q[p];
-          asip_pkg::SELECT_RESULT_A: operand_e1_q[p] <= write_data_i[0];
-          asip_pkg::SELECT_RESULT_B: operand_e1_q[p] <= write_data_i[1];
-          asip_pkg::SELECT_RESULT_C: operand_e1_q[p] <= write_data_i[2];
-          default: operand_e1_q[p] <= bypass_r2_q[p];
+          asip_pkg::SELECT_A: operand_r2[p] = read_a_r2_q[p];
+          asip_pkg::SELECT_B: operand_r2[p] = read_b_r2_q[p];
+          asip_pkg::SELECT_C: operand_r2[p] = read_c_r2_q[p];
+          asip_pkg::SELECT_K: operand_r2[p] = streams_r2[p] ? stream_r2[p] : read_k_r2_q[p];
+          asip_pkg::SELECT_RESULT_A: operand_r2[p] = write_data_i[0];
+          asip_pkg::SELECT_RESULT_B: operand_r2[p] = write_data_i[1];
+          asip_pkg::SELECT_RESULT_C: operand_r2[p] = write_data_i[2];
+          default: operand_r2[p] = bypass_r2_q[p];
         endcase
       end
 
@@ -260,6 +265,7 @@ module asip_operands_multiple #(
     end
   endgenerate
 
+  assign operand_r2_o = operand_r2;
   assign operand_e1_o = operand_e1_q;
 
 endmodule

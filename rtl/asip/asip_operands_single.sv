@@ -26,7 +26,8 @@ module asip_operands_single (
     input  logic [1:0][31:0]     stream_r1_i,  // streams are for several slots
     input  asip_pkg::guard_t     guard_i,
     output logic                 bad_constant_e1_o,
-    // to the units, stage E1
+    // to the units; a stage before E1, and in E1
+    output logic [2:0][31:0] operand_r2_o,
     output logic [2:0][31:0] operand_e1_o
 );
 
@@ -34,7 +35,7 @@ module asip_operands_single (
 
   logic [2:0][5:0] index_a;
   logic [2:0][7:0] index_ck;
-  logic [2:0][31:0] read_a, read_ck, read_a_r2_q, read_ck_r2_q, operand_e1_q;
+  logic [2:0][31:0] read_a, read_ck, read_a_r2_q, read_ck_r2_q, operand_r2, operand_e1_q;
   logic [2:0][31:0] next_a_r2_q, next_c_r2_q, now_a_r2_q, now_c_r2_q;
   logic [2:0] in_a_r1_q, in_ck_r1_q;
   logic [2:0][1:0] soon_r1_q, next_r1_q, now_r1_q, soon_r2_q;  // of {C, A}
@@ -84,11 +85,13 @@ module asip_operands_single (
         next_c_r2_q[p]  <= next_r1_q[p][1] ? write_data_i[2] : 32'd0;
         now_a_r2_q[p]   <= now_r1_q[p][0] ? last_a_q : 32'd0;
         now_c_r2_q[p]   <= now_r1_q[p][1] ? last_c_q : 32'd0;
-        operand_e1_q[p] <= read_a_r2_q[p] | read_ck_r2_q[p] |
-                         next_a_r2_q[p] | next_c_r2_q[p] | now_a_r2_q[p] | now_c_r2_q[p] |
-                         ({32{soon_r2_q[p][0]}} & write_data_i[0]) |
-                         ({32{soon_r2_q[p][1]}} & write_data_i[2]);
+        operand_e1_q[p] <= operand_r2[p];
       end
+
+      assign operand_r2[p] = read_a_r2_q[p] | read_ck_r2_q[p] |
+                             next_a_r2_q[p] | next_c_r2_q[p] | now_a_r2_q[p] | now_c_r2_q[p] |
+                             ({32{soon_r2_q[p][0]}} & write_data_i[0]) |
+                             ({32{soon_r2_q[p][1]}} & write_data_i[2]);
     end
   endgenerate
 
@@ -122,6 +125,7 @@ module asip_operands_single (
       .read_data_o  (read_ck)
   );
 
+  assign operand_r2_o = operand_r2;
   assign operand_e1_o = operand_e1_q;
 
   logic unused_b;

@@ -242,6 +242,18 @@ package asip_pkg;
     logic [6:0] sweep_index;  // of bank K
   } guard_t;
 
+  // Where a floating-point word is.
+  typedef struct packed {
+    logic negative;
+    logic beyond;    // 32 or more, or not finite
+    logic highest;   // its exponent is that of infinity and NaN
+    logic fraction;  // a bit of the fraction is set
+  } range_t;
+
+  function automatic range_t range_of(input logic [31:0] word);
+    range_of = {word[31], word[30] && (|word[29:25]), &word[30:23], |word[22:0]};
+  endfunction
+
   // Selection of an operand in stage R2.
   localparam logic [2:0] SELECT_A = 3'd0;
   localparam logic [2:0] SELECT_B = 3'd1;

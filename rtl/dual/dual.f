@@ -36,8 +36,7 @@ rtl/asip/asip_issue_single.sv
 rtl/asip/asip_issue.sv
 rtl/asip/asip_regbank.sv
 rtl/asip/asip_stream.sv
-rtl/asip/asip_vector.sv
-rtl/asip/asip_lane_operands.sv
+rtl/asip/asip_limit.sv
 rtl/asip/asip_lane.sv
 rtl/asip/asip_operands_multiple.sv
 rtl/asip/asip_operands_single.sv

@@ -44,7 +44,7 @@ def test_sites__registers_of_the_core__wires_of_stage_q_are_none(plain):
         "u_run.u_control.state_q",
         "u_fetch.pc_q",
         "u_host.watchdog_q",
-        "u_fetch.gen_lane[3].memory",
+        "u_fetch.gen_lane[3].u_ram.memory",
     } <= names
     assert not {"decoded_q", "ops_q", "valid_q"} & names
     assert block_of("TOP.asip.u_run.u_control.state_q") == "control"
@@ -65,13 +65,7 @@ def test_inject__plain_core__the_known_effects(plain):
     assert effect(plain, f"4 157 {issue}.u_scoreboard_c.pending_q.30") == "locked up"
     assert effect(plain, "9 100 TOP.asip.u_run.u_control.state_q.1") in ("run lost", "locked up")
     assert effect(plain, "9 100 TOP.asip.u_host.readdata_q.3") == "masked"
-    assert (
-        effect(
-            plain,
-            "9 0 TOP.asip.u_operands.gen_multiple.u_operands.u_bank_k.gen_copy[0].memory[127].31",
-        )
-        == "latent"
-    )
+    assert effect(plain, f"9 0 {bank_copy('k', 0)}[127].31") == "latent"
 
 
 def test_inject__same_shard_twice__same_outcomes(plain):
@@ -110,6 +104,12 @@ def test_area__orders__hold_the_same_cells_in_places_of_their_own():
     assert list(one["fp_fma"]["cells"]) == list(module["cells"])
 
 
+def bank_copy(bank: str, copy: int) -> str:
+    """Name of the memory of a bank for one of its read ports."""
+    operands = "TOP.asip.u_operands.gen_multiple.u_operands"
+    return f"{operands}.u_bank_{bank}.gen_copy[{copy}].u_ram.memory"
+
+
 def one_wrong(kind: str) -> dict:
     """Counts of a core with one injection of that effect among 499 that are masked."""
     counts = {"control": dict.fromkeys(EFFECTS, 0) | {kind: 1, "masked": 499}}
@@ -137,7 +137,7 @@ def test_block__flip_flop_of_a_netlist__is_that_of_its_source_not_of_its_name(ce
 
 
 def test_block__flip_flop_that_yosys_made_of_a_memory__is_that_of_its_name():
-    cell = "u_fetch.gen_lane[0].memory.0.1_DOB14_TRELLIS_FF_Q"
+    cell = "u_fetch.gen_lane[0].u_ram.memory.0.1_DOB14_TRELLIS_FF_Q"
     assert block_of(f"TOP.asip.{place_of(cell, {})}") == "fetch"
 
 
@@ -195,7 +195,7 @@ def test_resilient__every_bit_of_its_own_control__no_lock_up_nothing_silent(resi
 
 def test_resilient__a_bit_of_the_program__is_the_fault_memory(resilient):
     (outcome,) = resilient.inject(
-        upset_of(resilient.sites, "7 0 TOP.asip.u_fetch.gen_lane[1].memory[40].9")
+        upset_of(resilient.sites, "7 0 TOP.asip.u_fetch.gen_lane[1].u_ram.memory[40].9")
     )
     assert EFFECTS[outcome["effect"]] == "fault reported" and outcome["ticks"] == 0
     assert FAULT_NAMES[int(outcome["cause"])] == "MEMORY"
@@ -203,7 +203,7 @@ def test_resilient__a_bit_of_the_program__is_the_fault_memory(resilient):
 
 def test_resilient__an_output_on_its_way_to_the_host__is_no_silent_error(resilient):
     places = ("u_host.count_q.20", "u_host.group_q.20", "u_host.readdata_q.7")
-    for place in (*places, "u_outputs.host_read_q.16", "u_outputs.read_q.3"):
+    for place in (*places, "u_outputs.host_read_q.16", "u_outputs.u_host.read_q.3"):
         found = [effect(resilient, f"38 {clock} TOP.asip.{place}") for clock in range(272, 306)]
         assert set(found) <= KNOWN, (place, found)
         assert "fault reported" in found, place
@@ -212,8 +212,7 @@ def test_resilient__an_output_on_its_way_to_the_host__is_no_silent_error(resilie
 def test_resilient__state_register_flipped_between_ticks__is_corrected(resilient):
     state = next(s for s in resilient.image.states if s.name == "integral1")
     bank, index = state.register[0], int(state.register[1:])
-    line = f"12 2 TOP.asip.u_operands.gen_multiple.u_operands.u_bank_{bank}.gen_copy[{{}}].memory"
-    found = {effect(resilient, line.format(p) + f"[{index}].22") for p in range(9)}
+    found = {effect(resilient, f"12 2 {bank_copy(bank, p)}[{index}].22") for p in range(9)}
     assert "corrected" in found and found <= {"corrected", "masked"}
 
 
