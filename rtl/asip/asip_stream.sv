@@ -3,7 +3,7 @@
 // Contract: word_r1_o are the next words of the bundle that was in stage D one cycle before, by lane. The bundle that
 // issues steps the pointer if it takes a word; a seek in it sets the pointer for the bundle after it,
 // whether or not the bundle itself takes a word. A run begins at word 0. The first word follows the
-// last one. The host writes the memory between runs.
+// last one. The host writes the memory between runs; a word is there two cycles later.
 module asip_stream #(
     parameter int unsigned Words = 1024,
     parameter int unsigned Lanes = 0      // besides the first
@@ -26,7 +26,9 @@ module asip_stream #(
 
   localparam int unsigned AddressWidth = $clog2(Words);
 
-  logic [AddressWidth-1:0] pointer_q;
+  logic [AddressWidth-1:0] pointer_q, address_q;
+  logic [31:0] data_q;
+  logic [Lanes:0] write_q;  // by lane
   logic fits;
 
   // A write beyond the memory is lost.
@@ -39,6 +41,17 @@ module asip_stream #(
     else if (take_i) pointer_q <= pointer_q + 1'b1;
   end
 
+  // The memories of many lanes lie across the device, far from the host's port.
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) write_q <= '0;
+    else for (int unsigned i = 0; i <= Lanes; i++) write_q[i] <= write_i && fits && write_lane_i == i[1:0];
+  end
+
+  always_ff @(posedge clk_i) begin
+    address_q <= write_address_i[AddressWidth-1:0];
+    data_q    <= write_data_i;
+  end
+
   genvar l;
   generate
     for (l = 0; l <= Lanes; l++) begin : gen_lane
@@ -47,9 +60,9 @@ module asip_stream #(
           .Width(32)
       ) u_ram (
           .clk_i,
-          .write_i        (write_i && fits && write_lane_i == l[1:0]),
-          .write_address_i(write_address_i[AddressWidth-1:0]),
-          .write_data_i,
+          .write_i        (write_q[l]),
+          .write_address_i(address_q),
+          .write_data_i   (data_q),
           .read_i         (1'b1),
           .read_address_i (pointer_q),
           .read_data_o    (word_r1_o[l])
