@@ -394,9 +394,10 @@ module asip #(
         assign own_r2[1] = op_r2.every && op_r2.b[8:6] == Own;
         assign own_r2[2] = op_r2.c[8:6] == Own || op_r2.c[8:6] == asip_isa_pkg::BANK_ZERO;
 
-        // Before the multiply-add `vbelow` and `vabove` limit operand a, and `vscale` makes 2^n of b, n its lowest 8 bits.
+        // Before the multiply-add `vbelow` and `vabove` limit operand a, and `vscale` makes 2^n of b, with n its lowest
+        // 8 bits.
         assign range_r2    = asip_pkg::range_of(operand_r2[3*p]);
-        assign exponent_r2 = operand_r2[3*p+1][7:0] + 8'd127;
+        assign exponent_r2 = asip_pkg::exponent_of(operand_r2[3*p+1][7:0]);
 
         asip_limit u_limit (
             .clk_i,
@@ -410,7 +411,7 @@ module asip #(
 
         always_ff @(posedge clk_i) exponent_e1_q <= exponent_r2;
 
-        assign operand_units[3*p]   = (operand_e1[3*p] & {32{keep_e1}}) | {least_e1, least_e1, 4'd0, least_e1, 25'd0};
+        assign operand_units[3*p]   = asip_pkg::limited(operand_e1[3*p], keep_e1, least_e1);
         assign operand_units[3*p+1] = op_e1.power ? {1'b0, exponent_e1_q, 23'd0} : operand_e1[3*p+1];
 
         assign operand_units[3*p+2] = op_e1.pick ? addend_e1[32*op_e1.b[1:0]+:32] : operand_e1[3*p+2];

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_lane: a further lane of a multiply-add pipe: bank of registers, operands, arithmetic.
-// Contract: a vector operation of the pipe does here what it does in the pipe, in the same cycles. Of its operands
-// own_r2_i are the registers of the same index here, `zero` among them, and of the first one this lane's word of the
-// stream; the others are the pipe's. Writes are those of the pipe's bank that a
-// vector operation makes. addend_e1_o is the register that the bundle names as addend, whatever its operation.
+// Contract: a vector operation of the pipe does here what it does in the pipe, in the same cycles. own_r2_i selects, by
+// operand, this lane's own word: the register of the same index, `zero` among them, or for the first operand the lane's
+// word of the stream. The other operands are the pipe's. Writes are those of the pipe's bank that a vector operation
+// makes. addend_e1_o is the register that the bundle names as addend, whatever its operation.
 module asip_lane (
     input  logic                 clk_i,
     input  logic                 rst_ni,
@@ -18,7 +18,7 @@ module asip_lane (
     input  logic [5:0]           write_index_i,
     // from the stream, R1
     input  logic [31:0]          word_r1_i,
-    // from the pipe, R2: the operation; of the pipe's operands, the exponent of 2^b and where a is
+    // from the pipe, R2: its operation; of its operands, the exponent of 2^b and the range of a
     input  logic                 power_r2_i,
     input  logic                 below_r2_i,
     input  logic                 above_r2_i,
@@ -42,7 +42,7 @@ module asip_lane (
   logic [2:0][5:0] index_d;
   logic [2:0][31:0] read_r1, read_r2_q, bypass_r2_q, own_r2, own_e1_q;
   logic stream_d, stream_r1_q, stream_r2_q;  // operand a is a word of the stream
-  logic keep_own_e1, keep_pipe_e1, least_own_e1, least_pipe_e1, least_e1;
+  logic keep_own_e1, keep_pipe_e1, least_own_e1, least_pipe_e1;
   logic power_e1_q;
   logic [1:0] own_bc_e1_q;
   logic [7:0] exponent_e1_q;
@@ -128,13 +128,11 @@ module asip_lane (
     own_e1_q      <= own_r2;
     own_bc_e1_q   <= own_r2_i[2:1];
     power_e1_q    <= power_r2_i;
-    exponent_e1_q <= own_r2_i[1] ? own_r2[1][7:0] + 8'd127 : exponent_r2_i;
+    exponent_e1_q <= own_r2_i[1] ? asip_pkg::exponent_of(own_r2[1][7:0]) : exponent_r2_i;
   end
 
-  // -32 has three bits set.
-  assign least_e1 = least_own_e1 || least_pipe_e1;
-  assign a_e1 = (own_e1_q[0] & {32{keep_own_e1}}) | (operand_e1_i[0] & {32{keep_pipe_e1}})
-              | {least_e1, least_e1, 4'd0, least_e1, 25'd0};
+  assign a_e1 = asip_pkg::limited(own_e1_q[0], keep_own_e1, least_own_e1)
+              | asip_pkg::limited(operand_e1_i[0], keep_pipe_e1, least_pipe_e1);
   assign b_e1 = power_e1_q ? {1'b0, exponent_e1_q, 23'd0} : own_bc_e1_q[0] ? own_e1_q[1] : operand_e1_i[1];
   assign c_e1 = own_bc_e1_q[1] ? own_e1_q[2] : operand_e1_i[2];
 

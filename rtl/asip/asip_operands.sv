@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_operands: register banks, constant bank, bypass and operand registers (stages R1, R2).
-// Contract: the source fields of stage D, three cycles later, are values in the operand registers (E1).
+// Contract: the source fields of stage D, three cycles later, are values in the operand registers (E1);
+// operand_r2_o are the same values a cycle before.
 // The banks are read at the end of D, R1 takes what they answer, R2 selects. A result in write-back
 // during D, R1 or R2 comes from the bypass instead, decided in D from places 0, 1 and 2 of the write
 // schedules. While idle the host reads a register through the first source of the last slot, and
@@ -34,7 +35,7 @@ module asip_operands #(
     // from redundancy; a word of bank K is wrong, with the operands
     input  asip_pkg::guard_t           guard_i,
     output logic                       bad_constant_e1_o,
-    // to the units; a stage before E1, and in E1
+    // to the units, stages R2 and E1
     output logic [Ports-1:0][31:0]     operand_r2_o,
     output logic [Ports-1:0][31:0]     operand_e1_o
 );

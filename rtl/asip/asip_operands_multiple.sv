@@ -30,7 +30,7 @@ module asip_operands_multiple #(
     // from redundancy; a word of bank K is wrong, with the operands
     input  asip_pkg::guard_t           guard_i,
     output logic                       bad_constant_e1_o,
-    // to the units; a stage before E1, and in E1
+    // to the units, stages R2 and E1
     output logic [Ports-1:0][31:0]     operand_r2_o,
     output logic [Ports-1:0][31:0]     operand_e1_o
 );

@@ -26,7 +26,7 @@ module asip_operands_single (
     input  logic [1:0][31:0]     stream_r1_i,  // streams are for several slots
     input  asip_pkg::guard_t     guard_i,
     output logic                 bad_constant_e1_o,
-    // to the units; a stage before E1, and in E1
+    // to the units, stages R2 and E1
     output logic [2:0][31:0] operand_r2_o,
     output logic [2:0][31:0] operand_e1_o
 );

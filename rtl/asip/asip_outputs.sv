@@ -81,7 +81,7 @@ module asip_outputs #(
     record_word_q  <= record_word;
   end
 
-  // One copy for the host, one for the record.
+  // One copy for the host, one for the plausibility check.
   ram_block #(
       .Words(128),
       .Width(WordWidth)

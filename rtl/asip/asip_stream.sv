@@ -3,7 +3,7 @@
 // Contract: word_r1_o are the next words of the bundle that was in stage D one cycle before, by lane. The bundle that
 // issues steps the pointer if it takes a word; a seek in it sets the pointer for the bundle after it,
 // whether or not the bundle itself takes a word. A run begins at word 0. The first word follows the
-// last one. The host writes the memory between runs; a word is there two cycles later.
+// last one. The host writes the memory between runs; a word is there two cycles after write_i.
 module asip_stream #(
     parameter int unsigned Words = 1024,
     parameter int unsigned Lanes = 0      // besides the first
@@ -42,11 +42,6 @@ module asip_stream #(
   end
 
   // The memories of many lanes lie across the device, far from the host's port.
-  always_ff @(posedge clk_i or negedge rst_ni) begin
-    if (!rst_ni) write_q <= '0;
-    else for (int unsigned i = 0; i <= Lanes; i++) write_q[i] <= write_i && fits && write_lane_i == i[1:0];
-  end
-
   always_ff @(posedge clk_i) begin
     address_q <= write_address_i[AddressWidth-1:0];
     data_q    <= write_data_i;
@@ -55,6 +50,11 @@ module asip_stream #(
   genvar l;
   generate
     for (l = 0; l <= Lanes; l++) begin : gen_lane
+      always_ff @(posedge clk_i or negedge rst_ni) begin
+        if (!rst_ni) write_q[l] <= 1'b0;
+        else write_q[l] <= write_i && fits && write_lane_i == l[1:0];
+      end
+
       ram_block #(
           .Words(Words),
           .Width(32)

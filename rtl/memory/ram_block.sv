@@ -2,7 +2,7 @@
 // ram_block: simple dual-port RAM with a registered read port, for memory blocks.
 // Contract: a read takes one cycle, and read_data_o keeps its value while read_i is low. What is read from
 // the word that is written in the same cycle is not defined. Contents are not defined before they are written.
-// The template of the Quartus handbook ("Recommended HDL Coding Styles", simple dual-port, single clock).
+// It is the template of the Quartus handbook ("Recommended HDL Coding Styles", simple dual-port, single clock).
 // Attributes: no_rw_check for Yosys, ramstyle for Quartus; without them a tool adds logic that gives the old
 // word in a collision.
 module ram_block #(

@@ -2,8 +2,8 @@
 // ram_lut: simple dual-port RAM with an asynchronous read port, for distributed memory.
 // Contract: write at the clock edge; a read of the word being written returns the old value. Contents are not
 // defined before they are written.
-// LUT memory of ECP5 and Xilinx. Macro QUARTUS asks for MLABs of Stratix III: without the attribute Quartus may
-// make registers of it. Other tools take the attribute as an unknown style, so it is absent for them.
+// ECP5 and Xilinx build it of LUT memory. Macro QUARTUS asks for MLABs of Stratix III: without the attribute Quartus
+// may make registers of it. Other tools do not know this style, so they do not see the attribute.
 module ram_lut #(
     parameter int unsigned Words = 32,
     parameter int unsigned Width = 32

@@ -2,7 +2,7 @@
 // ram_two_ports: true dual-port RAM with one clock, for memory blocks.
 // Contract: a read takes one cycle, and the data keep their value while the port's enable is low. What is
 // read from a word that either port writes in the same cycle, and a word that both write, are not defined.
-// The template of the Quartus handbook ("Recommended HDL Coding Styles", true dual-port, single clock), with the
+// It is the template of the Quartus handbook ("Recommended HDL Coding Styles", true dual-port, single clock), with the
 // attributes of ram_block.
 module ram_two_ports #(
     parameter int unsigned Words = 256,

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_stream_sva: the pointer of a stream moves by what the bundle that issues says, and by nothing else.
 module asip_stream_sva #(
-    parameter int unsigned AddressWidth = 1
+    parameter int unsigned AddressWidth = 1,
+    parameter int unsigned Lanes = 0
 ) (
     input logic clk_i,
     input logic rst_ni,
@@ -9,12 +10,12 @@ module asip_stream_sva #(
     input logic take_i,
     input logic seek_i,
     input logic [14:0] seek_address_i,
-    input logic write_i,
+    input logic [Lanes:0] write_q,
     input logic [AddressWidth-1:0] pointer_q
 );
 
   HostIdle : assert property (@(posedge clk_i) disable iff (!rst_ni)
-      write_i |-> !take_i && !seek_i)
+      |write_q |-> !take_i && !seek_i)
   else $error("the host writes a stream that a run reads");
 
   NothingIssues : assert property (@(posedge clk_i) disable iff (!rst_ni)
@@ -40,5 +41,6 @@ module asip_stream_sva #(
 endmodule
 
 bind asip_stream asip_stream_sva #(
-    .AddressWidth(AddressWidth)
+    .AddressWidth(AddressWidth),
+    .Lanes(Lanes)
 ) u_sva (.*);
