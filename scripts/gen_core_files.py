@@ -121,7 +121,7 @@ def file_sets(core: str, owner: dict[str, str]) -> dict[str, dict[str, Any]]:
 def core_file(core: str, owner: dict[str, str]) -> dict[str, Any]:
     """The core's description: a target for each top, to lint it, and `default`.
 
-    A core that depends on this one gets `default`: the tops of `_first`.
+    A core that depends on this one gets `default`: every top of a set of blocks, or the first.
     """
     about, tops = CORES[core]
     sets = file_sets(core, owner)
@@ -161,7 +161,7 @@ def core_file(core: str, owner: dict[str, str]) -> dict[str, Any]:
 
 
 def _first(core: str) -> list[str]:
-    """Tops that a core that depends on this one gets."""
+    """Tops of the target `default`."""
     tops = CORES[core][1]
     return tops if core in ("fpu", "memory") else tops[:1]
 
@@ -198,10 +198,14 @@ def assertion_core(core: str, owner: dict[str, str]) -> dict[str, Any]:
     own = {top: [file for file in files if uses[file] == 1] for top, files in more.items()}
     parts = {"default": sets["default"], "common": several, **own}
     filesets: dict[str, Any] = {name: {"files": files} for name, files in parts.items() if files}
-    for part in filesets.values():
+    for name, part in filesets.items():
+        wanted = {"default": first, "common": tops}.get(name, [name])
+        files = [file for top in wanted for file in needed(top)]
+        others = dict.fromkeys(owner[file] for file in files if owner[file] != core)
+        checked = [other for other in others if checks([f for f in owner if owner[f] == other])]
         part |= {
             "file_type": "systemVerilogSource",
-            "depend": [vlnv(core), vlnv("rules", "assertions")],
+            "depend": [vlnv(core), *(vlnv(other, "assertions") for other in [*checked, "rules"])],
         }
     targets = {"default": {"filesets": ["default"]}}
     for top, files in more.items():

@@ -211,8 +211,7 @@ UNCLOCKED_READ = Rule(
     "array read outside of a clocked process: in Quartus registers, no memory",
     "register the read; or ram_lut; or a row of UNCLOCKED",
 )
-# Arrays that are meant to be registers (few words, or all of them are read in one clock), and the
-# memory that has the attribute for Quartus.
+# Arrays that are meant to be registers: few words, or all of them are read in one clock.
 UNCLOCKED = {
     "asip_lockstep": ("safe",),
     "debug_capture": ("own",),
@@ -222,7 +221,6 @@ UNCLOCKED = {
     "ecat_ports": ("back_data_q",),
     "ecat_unit": ("data_q",),
     "quadrature_decoder": ("lasted_q",),
-    "ram_lut": ("memory",),
 }
 MEMORY_ATTRIBUTE = Rule(
     "memory-attribute",
@@ -235,6 +233,11 @@ DEFAULT_ARGUMENT = Rule("default-argument", "", "default value of an argument", 
 RESULT_FIELD = Rule(
     "result-field", "", "field of a function's result assigned", "a local variable, then f = local"
 )
+# What an array in rtl/memory has: read in a clocked process, or outside.
+CLOCKED, ASYNCHRONOUS = '(* ramstyle = "no_rw_check", no_rw_check *)', '(* ramstyle = "MLAB" *)'
+BARE_MEMORY = Rule(
+    "bare-memory", "", "memory of rtl/memory without its attribute", f"{CLOCKED} or {ASYNCHRONOUS}"
+)
 SIMULATION_ONLY = Rule(
     "simulation-only",
     r"(\bassert\b|\$(error|fatal|warning|info|display|finish)\b)",
@@ -244,7 +247,7 @@ SIMULATION_ONLY = Rule(
 ALL_RULES = (
     *RULES,
     *(GENERATE, UNNAMED, PORT_DIRECTION, ENUM_ARRAY, UNCLOCKED_READ, MEMORY_ATTRIBUTE),
-    *(UNPACKED_PORT, DEFAULT_ARGUMENT, RESULT_FIELD, SIMULATION_ONLY),
+    *(UNPACKED_PORT, DEFAULT_ARGUMENT, RESULT_FIELD, BARE_MEMORY, SIMULATION_ONLY),
 )
 
 
@@ -378,10 +381,13 @@ def check(text: str, path: Path = Path("<text>")) -> list[Finding]:
     found += [(at, GENERATE) for at in _generates_outside(text)]
     found += [(at, UNNAMED) for at in _unnamed(text)]
     found += [(at, ENUM_ARRAY) for at in _enum_arrays(source)]
-    found += [(at, UNCLOCKED_READ) for at in _unclocked_reads(source, path.stem)]
-    if path.parent.name != "memory":
+    unclocked = list(_unclocked_reads(source, path.stem))
+    if path.parent.parts[-2:] != ("rtl", "memory"):
         attributes = re.finditer(MEMORY_ATTRIBUTE.pattern, text)
         found += [(match.start(), MEMORY_ATTRIBUTE) for match in attributes]
+        found += [(at, UNCLOCKED_READ) for at in unclocked]
+    elif (ASYNCHRONOUS if unclocked else CLOCKED) not in text:
+        found.append((source.index("memory["), BARE_MEMORY))
     kept = _synthesised(source)
     for match in re.finditer(SIMULATION_ONLY.pattern, kept):
         line = kept.count("\n", 0, match.start())

@@ -43,7 +43,7 @@ ELABORATED = "ports.json"
 KEPT = (
     *("fp_fma", "fp_divsqrt", "fp_divsqrt_folded", "fp_cmp", "fp_i2f", "fp_f2i", "fp_sincos"),
     "fp_sincos_overlapped",
-    *("asip_lane", "asip_limit"),  # with registers of its own, near it
+    *("asip_lane", "asip_limit"),  # a lane keeps its own copies of control registers
 )
 OPEN = ("trace_", "hook_")  # ports of simulation and of a debug block, left open
 ALM_CLASSES = {

@@ -135,7 +135,7 @@ class Committed(Observer):
             ),
             "an entry is there only while some are left": logic.implies(valid, logic.ne(left, 0)),
             "it is the one whose turn it is": logic.implies(
-                valid, logic.eq(run.signal("entry_q", cycle), self.entry(run, own))
+                valid, logic.eq(run.output("entry_o", cycle), self.entry(run, own))
             ),
             "the end is waited for while some are left": logic.implies(
                 logic.all(busy, logic.ne(left, 0)), logic.ne(run.signal("drain_q", cycle), 0)

@@ -25,6 +25,7 @@ BOARD = ["rtl/board/board_pll.sv", "rtl/board/asip_de3.sv"]
 NOT_IN_ASIP = {
     *("rtl/fpu/fp_add.sv", "rtl/fpu/fp_mul.sv"),
     *("rtl/asip/asip_axil.sv", "rtl/asip/asip_lockstep.sv"),
+    *("rtl/memory/ram_lut.sv", "rtl/memory/ram_two_ports.sv"),
 }
 # Tops of the ECP5 boards, by the files that only they need.
 ECP5_BOARDS = {
@@ -36,7 +37,7 @@ ECP5_BOARDS = {
 }
 # Blocks of their own, which no file list of the ASIP names.
 GENERATED = ("absolute", "ci", "debug", "drive", "dual", "encoder", "esc", "motion", "n2")
-FOLDERS = ("bus", "custom", "debug", "drive", "dual", "ethercat", "memory", "motion", "nios")
+FOLDERS = ("bus", "custom", "debug", "drive", "dual", "ethercat", "motion", "nios")
 OTHER_BLOCKS = tuple(
     f"rtl/{folder}/{prefix}"
     for folder, prefix in (

@@ -46,7 +46,7 @@ KINDS = (
     Kind("program memory in use", 0.2, r"\.u_fetch\.gen_lane\[\d+\]\.u_ram\.memory$", True),
     Kind("bank K in use", 0.1, r"\.u_bank_k\..*\.memory$", True),
     Kind("banks A, B, C", 0.1, r"\.u_bank_[abc]\..*\.memory$", True),
-    Kind("outputs in use", 0.1, r"\.u_outputs\.u_host\.memory$", True),
+    Kind("outputs in use", 0.1, r"\.u_outputs\.u_(host|record)\.memory$", True),
 )
 
 
