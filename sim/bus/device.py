@@ -74,7 +74,7 @@ class DeviceRtl(BusModel):
         return self._call("console").decode()
 
     def send(self, frame: bytes) -> None:
-        """A frame without check sequence into port 0; what comes back is dropped."""
+        """A frame without check sequence into port 0; what came back before is counted."""
         self._call("send", frame, len(frame))
 
     def take_machine(self) -> None:

@@ -192,10 +192,11 @@ EXPORT void device_align(Device* device, uint32_t clocks) {
   while (device->since != device->tick_clocks - clocks || device->state != Device::IDLE) device->line.run(CLOCK_PS);
 }
 
-// A frame without check sequence, of 1600 bytes at most; what comes back is dropped.
+// A frame without check sequence, of 1600 bytes at most; what came back before is counted.
 EXPORT void device_send(Device* device, const uint8_t* frame, uint32_t n) {
   device->send(frame, n);
-  device->line.received[0].frames.clear();
+  auto& frames = device->line.received[0].frames;
+  for (; !frames.empty(); frames.pop_front()) device->returned += !bytes_of(frames.front()).empty();
 }
 
 // Puts the frames that wait at `fd`, a TAP device that does not block, onto the wire; waits for the first one, at most
