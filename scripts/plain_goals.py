@@ -53,10 +53,13 @@ AT_WORK = {
     "sincos_position": SCENARIOS,
     "hall_decoder": SCENARIOS,
 }
-# What an outcome depends on besides the RTL of its top. Other tests or programs give other work,
-# but the RTL and the plain Verilog that were equal stay equal.
+# What an outcome depends on besides the RTL of its top: the comparison and the table of works.
+# Other tests or programs give other work, but RTL and plain Verilog that were equal stay equal.
 COMPARATOR = (
-    *(ROOT / f"tests/silicon/{name}.py" for name in ("beside", "lockstep", "netlist")),
+    *(
+        ROOT / f"tests/silicon/{name}.py"
+        for name in ("beside", "lockstep", "netlist", "ticks", "work")
+    ),
     Path(write_plain.__code__.co_filename),
 )
 PARSED = "tops whose plain Verilog-2001 Icarus parses"

@@ -345,12 +345,14 @@ def _enum_arrays(text: str) -> Iterator[int]:
         yield match.start()
 
 
+ARRAY = re.compile(r"(?m)^\s*logic\b(?:\s+signed)?(?:\s*\[[^\]]*\])*\s*(\w+)\s*\[[^\]]*:[^\]]*\]")
+
+
 def _unclocked_reads(source: str, stem: str) -> Iterator[int]:
     """Positions of reads of an array outside of clocked processes, where it should be a memory."""
-    array = r"(?m)^\s*logic\b(?:\s+signed)?(?:\s*\[[^\]]*\])*\s*(\w+)\s*\[[^\]]*:[^\]]*\]"
     item = r"\b(always_ff|always_comb|always\s*@|assign|initial|function|logic)\b"
     starts = [(match.start(), match[1]) for match in re.finditer(item, source)]
-    for declared in re.finditer(array, source):
+    for declared in ARRAY.finditer(source):
         name = declared[1]
         if name in UNCLOCKED.get(stem, ()):
             continue
@@ -386,8 +388,11 @@ def check(text: str, path: Path = Path("<text>")) -> list[Finding]:
         attributes = re.finditer(MEMORY_ATTRIBUTE.pattern, text)
         found += [(match.start(), MEMORY_ATTRIBUTE) for match in attributes]
         found += [(at, UNCLOCKED_READ) for at in unclocked]
-    elif (ASYNCHRONOUS if unclocked else CLOCKED) not in text:
-        found.append((source.index("memory["), BARE_MEMORY))
+    else:
+        wanted = re.escape(ASYNCHRONOUS if unclocked else CLOCKED)
+        for declared in ARRAY.finditer(source):
+            if not re.search(rf"{wanted}\s*(?:`endif)?\s*logic[^;]*$", text[: declared.start(1)]):
+                found.append((declared.start(), BARE_MEMORY))
     kept = _synthesised(source)
     for match in re.finditer(SIMULATION_ONLY.pattern, kept):
         line = kept.count("\n", 0, match.start())

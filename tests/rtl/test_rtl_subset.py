@@ -231,6 +231,8 @@ def test_every_rule_has_a_bad_snippet_that_it_refuses():
 def test_memory_without_its_attribute__refused(path):
     text = re.sub(r"\(\* ramstyle[^\n]*?\*\)", "", path.read_text())
     assert [found.rule for found in rtl_subset.check(text, path)] == ["bare-memory"]
+    second = path.read_text().replace("endmodule", "  logic [7:0] second[0:3];\nendmodule")
+    assert [found.rule for found in rtl_subset.check(second, path)] == ["bare-memory"]
 
 
 def test_checker_accepts_everything_the_subset_allows():
