@@ -4,6 +4,7 @@ rtl/gen/asip_regmap_pkg.sv
 rtl/asip/asip_pkg.sv
 rtl/memory/ram_block.sv
 rtl/fpu/fp_lzc.sv
+rtl/fpu/fp_fine_left.sv
 rtl/fpu/fp_shift_right.sv
 rtl/fpu/fp_round.sv
 rtl/fpu/fp_pack.sv

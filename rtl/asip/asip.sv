@@ -380,7 +380,7 @@ module asip #(
         asip_pkg::range_t range_r2;
         logic [127:0] addend_e1;  // by lane
         logic [2:0] own_r2;  // by operand
-        logic [7:0] exponent_r2, exponent_e1_q;
+        logic [7:0] exponent_e1_q;
         logic keep_e1, least_e1;
         localparam logic [2:0] Own = p == 0 ? asip_isa_pkg::BANK_A : asip_isa_pkg::BANK_B;
 
@@ -396,8 +396,7 @@ module asip #(
 
         // Before the multiply-add `vbelow` and `vabove` limit operand a, and `vscale` makes 2^n of b, with n its lowest
         // 8 bits.
-        assign range_r2    = asip_pkg::range_of(operand_r2[3*p]);
-        assign exponent_r2 = asip_pkg::exponent_of(operand_r2[3*p+1][7:0]);
+        assign range_r2 = asip_pkg::range_of(operand_r2[3*p]);
 
         asip_limit u_limit (
             .clk_i,
@@ -409,7 +408,7 @@ module asip #(
             .least_o(least_e1)
         );
 
-        always_ff @(posedge clk_i) exponent_e1_q <= exponent_r2;
+        always_ff @(posedge clk_i) exponent_e1_q <= asip_pkg::exponent_of(operand_r2[3*p+1][7:0]);
 
         assign operand_units[3*p]   = asip_pkg::limited(operand_e1[3*p], keep_e1, least_e1);
         assign operand_units[3*p+1] = op_e1.power ? {1'b0, exponent_e1_q, 23'd0} : operand_e1[3*p+1];
@@ -436,10 +435,10 @@ module asip #(
                 .below_r2_i   (op_r2.below),
                 .above_r2_i   (op_r2.above),
                 .own_r2_i     (own_r2),
-                .exponent_r2_i(exponent_r2),
                 .range_r2_i   (range_r2),
                 .start_e1_i   (valid_e1_q && op_e1.lanes && !op_e1.pick),
                 .kind_e1_i    (op_e1.fma_kind),
+                .exponent_e1_i(exponent_e1_q),
                 .operand_e1_i (operand_e1[3*p+:3]),
                 .addend_e1_o  (addend_e1[32*s+:32]),
                 .flags_o      (flags_lane[5*(p*(Lanes+1)+s)+:5])

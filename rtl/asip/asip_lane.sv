@@ -18,16 +18,16 @@ module asip_lane (
     input  logic [5:0]           write_index_i,
     // from the stream, R1
     input  logic [31:0]          word_r1_i,
-    // from the pipe, R2: its operation; of its operands, the exponent of 2^b and the range of a
+    // from the pipe, R2: its operation, the range of its operand a
     input  logic                 power_r2_i,
     input  logic                 below_r2_i,
     input  logic                 above_r2_i,
     input  logic [2:0]           own_r2_i,
-    input  logic [7:0]           exponent_r2_i,
     input  asip_pkg::range_t     range_r2_i,
-    // from the operand stage, E1: operands c, b, a of the pipe
+    // from the pipe, E1: its operation, the exponent of 2^b, operands c, b, a
     input  logic                 start_e1_i,
     input  logic [1:0]           kind_e1_i,
+    input  logic [7:0]           exponent_e1_i,
     input  logic [2:0][31:0]     operand_e1_i,
     output logic [31:0]          addend_e1_o,
     output fp_pkg::flags_t       flags_o
@@ -43,9 +43,9 @@ module asip_lane (
   logic [2:0][31:0] read_r1, read_r2_q, bypass_r2_q, own_r2, own_e1_q;
   logic stream_d, stream_r1_q, stream_r2_q;  // operand a is a word of the stream
   logic keep_own_e1, keep_pipe_e1, least_own_e1, least_pipe_e1;
-  logic power_e1_q;
   logic [1:0] own_bc_e1_q;
-  logic [7:0] exponent_e1_q;
+  logic power_e1_q;
+  logic [7:0] exponent_e1_q;  // of 2^b with the lane's own word
   logic [31:0] last_q, word_r2_q, result, a_e1, b_e1, c_e1;
   fp_pkg::flags_t flags;
 
@@ -128,12 +128,16 @@ module asip_lane (
     own_e1_q      <= own_r2;
     own_bc_e1_q   <= own_r2_i[2:1];
     power_e1_q    <= power_r2_i;
-    exponent_e1_q <= own_r2_i[1] ? asip_pkg::exponent_of(own_r2[1][7:0]) : exponent_r2_i;
+    exponent_e1_q <= asip_pkg::exponent_of(own_r2[1][7:0]);
   end
 
   assign a_e1 = asip_pkg::limited(own_e1_q[0], keep_own_e1, least_own_e1)
               | asip_pkg::limited(operand_e1_i[0], keep_pipe_e1, least_pipe_e1);
-  assign b_e1 = power_e1_q ? {1'b0, exponent_e1_q, 23'd0} : own_bc_e1_q[0] ? own_e1_q[1] : operand_e1_i[1];
+  always_comb begin
+    if (own_bc_e1_q[0]) b_e1 = power_e1_q ? {1'b0, exponent_e1_q, 23'd0} : own_e1_q[1];
+    else b_e1 = power_e1_q ? {1'b0, exponent_e1_i, 23'd0} : operand_e1_i[1];
+  end
+
   assign c_e1 = own_bc_e1_q[1] ? own_e1_q[2] : operand_e1_i[2];
 
   fp_fma u_fma (

@@ -7,6 +7,7 @@ rtl/debug/debug_pkg.sv
 rtl/memory/ram_block.sv
 rtl/memory/ram_lut.sv
 rtl/fpu/fp_lzc.sv
+rtl/fpu/fp_fine_left.sv
 rtl/fpu/fp_shift_right.sv
 rtl/fpu/fp_round.sv
 rtl/fpu/fp_pack.sv

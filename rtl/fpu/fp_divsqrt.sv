@@ -102,7 +102,9 @@ module fp_divsqrt (
   logic [7:0] exp_a_q, exp_b_q;  // entry 0
   logic [4:0] zeros_a_q, zeros_b_q;  // entry 0
   logic [Stages-1:1][9:0] exp_q;  // S(10.0), biased: -150 .. 404
-  logic [Stages-1:0][26:0] remainder_q;  // U(1.26)
+  logic [23:0] sig_a_q;  // entry 0: U(1.23), normalised
+  logic halved_q;  // entry 0: a root with m in [1, 2)
+  logic [Stages-1:1][26:0] remainder_q;  // U(1.26)
   logic [Stages-1:0][26:0] divisor_q;  // U(1.26): d_k of the first digit of a stage
   logic [Stages-1:0][23:0] digits_q;  // right aligned, 2 s digits at entry s
   logic [4:0] amount_q;  // entry Stages - 1: places to denormalise
@@ -124,10 +126,16 @@ module fp_divsqrt (
     exp_b_q        <= exp_b_e1;
     zeros_a_q      <= zeros_a_e1;
     zeros_b_q      <= zeros_b_e1;
-    remainder_q[0] <= (sqrt_e1_q && !factor2_e1) ? {2'b00, sig_a_e1, 1'b0} : {1'b0, sig_a_e1, 2'b00};
+    sig_a_q        <= sig_a_e1;
+    halved_q       <= sqrt_e1_q && !factor2_e1;
     divisor_q[0]   <= sqrt_e1_q ? 27'h200_0000 : {sig_b_e1, 3'd0};
     digits_q[0]    <= 24'd0;
   end
+
+  // Entry 0 halves after its register: that it does is the last that e1 knows.
+  logic [Stages-1:0][26:0] remainder;
+
+  assign remainder = {remainder_q, halved_q ? {2'b00, sig_a_q, 1'b0} : {1'b0, sig_a_q, 2'b00}};
 
   logic [9:0] exp_a, exp_b;  // S(10.0), biased, -22 .. 255
   logic [8:0] exp_root;  // U(9.0), (exp_a + 127) / 2
@@ -147,26 +155,45 @@ module fp_divsqrt (
 
       // Root: d_k is |digits 0..k-1|0|1|0..0|, the one at 2^-(k+1). The next one gets digit k in the
       // place of the zero, 0 in the place of the one, and a one below.
-      logic [26:0] divisor_second;
+      logic [26:0] divisor_second;  // of a root without digit k
       logic [27:0] twice_first;  // U(2.26)
       logic [27:0] trial_first, trial_second;  // S(2.26), in (-d_k, d_k)
       logic [26:0] remainder_first;
       logic digit_first, digit_second;
 
       always_comb begin
-        twice_first = {remainder_q[s], 1'b0};
-        trial_first = twice_first - {1'b0, divisor_q[s]};
+        twice_first = {remainder[s], 1'b0};
         digit_first = !trial_first[27];
         remainder_first = digit_first ? trial_first[26:0] : twice_first[26:0];
 
         divisor_second = divisor_q[s];
-        if (sqrt_q[s]) divisor_second[26-First-:3] = {digit_first, 2'b01};
+        if (sqrt_q[s]) divisor_second[25-First-:2] = 2'b01;
         digit_second = !trial_second[27];
+      end
+
+      // 2 remainder - divisor
+      if (s == 0) begin : gen_first_halved
+        logic unused_twice;
+        assign unused_twice = twice_first[27];
+
+        fp_select_sub u_first (
+            .root_i      (1'b0),
+            .select_i    (halved_q),
+            .place_i     (28'd1),
+            .one_i       ({2'b00, sig_a_q, 2'b00}),
+            .zero_i      ({1'b0, sig_a_q, 3'b000}),
+            .subtrahend_i({1'b0, divisor_q[0]}),
+            .difference_o(trial_first)
+        );
+      end else begin : gen_first
+        assign trial_first = twice_first - {1'b0, divisor_q[s]};
       end
 
       // 2 remainder_first - divisor_second
       fp_select_sub u_second (
+          .root_i      (sqrt_q[s]),
           .select_i    (trial_first[27]),  // no inverter after the first carry chain
+          .place_i     (28'h400_0000 >> First),
           .one_i       ({twice_first[26:0], 1'b0}),
           .zero_i      ({trial_first[26:0], 1'b0}),
           .subtrahend_i({1'b0, divisor_second}),
@@ -193,7 +220,7 @@ module fp_divsqrt (
 
         always_comb begin
           divisor_next = divisor_second;
-          if (sqrt_q[s]) divisor_next[25-First-:3] = {digit_second, 2'b01};
+          if (sqrt_q[s]) divisor_next[26-First-:4] = {digit_first, digit_second, 2'b01};
         end
 
         always_ff @(posedge clk_i) begin

@@ -36,11 +36,13 @@ module fp_fma (
   logic [31:0] b_e1;
   logic [30:0] c_e1;
   logic a_subnormal_e1, b_subnormal_e1, c_subnormal_e1;
-  logic [7:0] exp_a_e1, exp_b_e1, exp_c_e1;  // biased; a subnormal has that of the least normal
+  logic [7:0] exp_c_e1;  // biased; a subnormal has that of the least normal
   logic add_e1, mul_e1;
   logic a_fraction_e1, b_fraction_e1, c_fraction_e1;  // not zero
   logic sign_product_e1, sign_addend_e1;
+  logic [9:0] save1_e1, carry1_e1, save2_e1, carry2_e1;
   logic [9:0] distance_e1;  // S(10.0): right shift of the addend
+  logic unused_e1;
 
   assign add_e1 = kind_i == fp_pkg::FMA_KIND_ADD;
   assign mul_e1 = kind_i == fp_pkg::FMA_KIND_MUL;
@@ -53,21 +55,29 @@ module fp_fma (
   assign a_subnormal_e1 = !(|a_i[30:23]);
   assign b_subnormal_e1 = !(|b_i[30:23]) && !add_e1;   // kind_i next to the exponents, not before them
   assign c_subnormal_e1 = !(|c_i[30:23]) || mul_e1;
-  assign exp_a_e1 = {a_i[30:24], a_i[23] || a_subnormal_e1};
-  assign exp_b_e1 = {b_e1[30:24], b_e1[23] || b_subnormal_e1};
   assign exp_c_e1 = {c_e1[30:24], c_e1[23] || c_subnormal_e1};
 
   assign a_fraction_e1 = |a_i[22:0];
   assign b_fraction_e1 = |b_e1[22:0];
   assign c_fraction_e1 = |c_e1[22:0];
-  assign distance_e1     = {2'b00, exp_a_e1} + {2'b00, exp_b_e1} - {2'b00, exp_c_e1} - 10'd100;  // 127 - 27
+
+  // The distance is exp_a + exp_b - exp_c - (127 - 27). A subnormal number adds one to its exponent field, and that it is
+  // subnormal is known later than the field. So this is a carry into the sum of the fields: free lowest places of two
+  // rows, and a bit appended below. With the field C of the addend, -exp_c = ~C - 255 - subnormal = ~C - 256 + !subnormal.
+  localparam logic [9:0] Offset = 10'd668;  // -(256 + 127 - 27)
+
+  assign save1_e1    = {2'b00, a_i[30:23] ^ b_e1[30:23] ^ ~c_e1[30:23]};
+  assign carry1_e1   = {1'b0, (a_i[30:23] & (b_e1[30:23] | ~c_e1[30:23])) | (b_e1[30:23] & ~c_e1[30:23]), !c_subnormal_e1};
+  assign save2_e1    = save1_e1 ^ carry1_e1 ^ Offset;
+  assign carry2_e1   = {(save1_e1[8:0] & carry1_e1[8:0]) | (Offset[8:0] & (save1_e1[8:0] | carry1_e1[8:0])), a_subnormal_e1};
+  assign {distance_e1, unused_e1} = {save2_e1, 1'b1} + {carry2_e1, b_subnormal_e1};
 
   logic valid_e1_q;
   logic [23:0] sig_a_e1_q, sig_b_e1_q, sig_c_e1_q;  // U(1.23), hidden bit 0 for subnormals
   logic [9:0] distance_e1_q;
   logic [7:0] exp_c_e1_q;
   logic sign_product_e1_q, sign_addend_e1_q;
-  logic product_zero_e1_q;
+  logic a_zero_e1_q, b_zero_e1_q;
   logic [2:0] highest_e1_q, fraction_e1_q;  // of c, b, a: exponent all ones, fraction not zero
 
   always_ff @(posedge clk_i) begin
@@ -80,7 +90,8 @@ module fp_fma (
     sign_addend_e1_q  <= sign_addend_e1;
     highest_e1_q      <= {&c_e1[30:23], &b_e1[30:23], &a_i[30:23]};
     fraction_e1_q     <= {c_fraction_e1, b_fraction_e1, a_fraction_e1};
-    product_zero_e1_q <= (a_subnormal_e1 && !a_fraction_e1) || (b_subnormal_e1 && !b_fraction_e1);
+    a_zero_e1_q       <= a_subnormal_e1 && !a_fraction_e1;
+    b_zero_e1_q       <= b_subnormal_e1 && !b_fraction_e1;
   end
 
   // ---- e2: product; addend into the frame ----
@@ -89,27 +100,36 @@ module fp_fma (
   logic [3:0] fine_e2;
   logic [4:0] coarse_e2;  // one-hot
   logic [38:0] fine_addend_e2;  // U(1.38)
+  logic [15:1] upto_e2;  // bit i: the shift is i or more
+  logic [2:0] tail_e2;  // any bit of the addend at all, in [25:0], in [9:0] of fine_addend
   logic [Frame-1:0] addend_e2;
   logic [47:0] outer_e2;  // product U(2.46) = outer + (low + high) * 2^17
   logic [23:0] cross_low_e2, cross_high_e2;
   logic [2:0] nans_e2, quiet_e2;
-  logic signalling_e2, product_inf_e2, addend_inf_e2;
+  logic signalling_e2, product_inf_e2, product_zero_e2, addend_inf_e2;
 
-  assign nans_e2        = highest_e1_q & fraction_e1_q;
-  assign quiet_e2       = {sig_c_e1_q[22], sig_b_e1_q[22], sig_a_e1_q[22]};
-  assign signalling_e2  = |(nans_e2 & ~quiet_e2);
-  assign product_inf_e2 = |(highest_e1_q[1:0] & ~fraction_e1_q[1:0]);
-  assign addend_inf_e2  = highest_e1_q[2] && !fraction_e1_q[2];
+  assign nans_e2         = highest_e1_q & fraction_e1_q;
+  assign quiet_e2        = {sig_c_e1_q[22], sig_b_e1_q[22], sig_a_e1_q[22]};
+  assign signalling_e2   = |(nans_e2 & ~quiet_e2);
+  assign product_inf_e2  = |(highest_e1_q[1:0] & ~fraction_e1_q[1:0]);
+  assign product_zero_e2 = a_zero_e1_q || b_zero_e1_q;
+  assign addend_inf_e2   = highest_e1_q[2] && !fraction_e1_q[2];
 
   // A zero product must not push the addend out: treat it as infinitely far below.
-  assign above_e2    = distance_e1_q[9] || product_zero_e1_q;
+  assign above_e2    = distance_e1_q[9] || product_zero_e2;
   assign subtract_e2 = sign_product_e1_q ^ sign_addend_e1_q;
-  assign invalid_e2  = signalling_e2 || (product_inf_e2 && product_zero_e1_q)
+  assign invalid_e2  = signalling_e2 || (product_inf_e2 && product_zero_e2)
                     || (product_inf_e2 && addend_inf_e2 && subtract_e2 && !(|nans_e2));
 
   assign fine_e2        = distance_e1_q[3:0] & {4{!above_e2}};
   assign fine_addend_e2 = {sig_c_e1_q, 15'd0} >> fine_e2;
   assign far_e2         = !above_e2 && (distance_e1_q[8:4] > 5'd4);
+
+  // In front of the shift, whose amount is only used where the addend is not above.
+  assign upto_e2 = 15'h7fff >> ~distance_e1_q[3:0];
+  assign tail_e2 = {fraction_e1_q[2] || sig_c_e1_q[23],
+                    (|sig_c_e1_q[10:0]) || (|(sig_c_e1_q[23:11] & upto_e2[13:1])),
+                    |(sig_c_e1_q[9:0] & upto_e2[15:6])};
 
   always_comb begin
     for (int g = 0; g < 5; g++) coarse_e2[g] = !above_e2 && distance_e1_q[8:4] == 5'(g);
@@ -130,7 +150,7 @@ module fp_fma (
   logic [47:0] outer_e2_q;
   logic [23:0] cross_low_e2_q, cross_high_e2_q;
   logic [Frame-1:0] addend_e2_q;  // ones' complement if subtracted
-  logic [2:0] tail_e2_q;  // any bit in [9:0], [25:10], [38:26] of the addend
+  logic [2:0] tail_e2_q;
   logic [2:0] drops_e2_q;  // parts below the frame: 3, the lower 2, the lowest
   logic subtract_e2_q, sign_e2_q, nan_e2_q, invalid_e2_q, inf_e2_q;
   logic [8:0] exp_top_e2_q;  // U(9.0): biased exponent of bit 76, at least 1
@@ -140,7 +160,7 @@ module fp_fma (
     cross_low_e2_q  <= cross_low_e2;
     cross_high_e2_q <= cross_high_e2;
     addend_e2_q   <= addend_e2 ^ {77{subtract_e2}};
-    tail_e2_q     <= {|fine_addend_e2[38:26], |fine_addend_e2[25:10], |fine_addend_e2[9:0]};
+    tail_e2_q     <= tail_e2;
     drops_e2_q    <= {far_e2, coarse_e2[4], coarse_e2[3]};
     subtract_e2_q <= subtract_e2;
     exp_top_e2_q  <= {1'b0, exp_c_e1_q} + (above_e2 ? 9'd0 : distance_e1_q[8:0]);
@@ -162,8 +182,7 @@ module fp_fma (
   logic lost_e3;
   logic [8:0] room_e3;  // left shifts until the exponent would be below 1
 
-  assign lost_e3    = (drops_e2_q[0] && tail_e2_q[0]) || (drops_e2_q[1] && (|tail_e2_q[1:0]))
-                   || (drops_e2_q[2] && (|tail_e2_q));
+  assign lost_e3    = |(drops_e2_q & tail_e2_q);
   assign outer_e3   = {outer_e2_q, 3'd0};
   assign save1_e3   = outer_e3[43:20] ^ cross_low_e2_q ^ cross_high_e2_q;
   assign carry1_e3  = (outer_e3[43:20] & (cross_low_e2_q | cross_high_e2_q))
@@ -247,31 +266,18 @@ module fp_fma (
   end
 
   // ---- e5: left shift by 0..15, no further than the exponent allows ----
-  logic [15:0] stop_e5;
   logic [3:0] zeros_e5;
-  logic unused_empty_e5;
-  logic [40:0] shifted_e5;  // the lowest bits count for sticky only
-  logic [15:0] sticky_e5;
+  logic [25:0] sig_e5;
+  logic sticky_e5;
 
-  always_comb begin
-    stop_e5 = (window_e4_q[47:32] ^ {16{negative_e4_q}}) | room_e4_q;
-    // What a shift by i leaves below the round bit, next to the shift.
-    for (int i = 0; i < 16; i++) sticky_e5[i] = |(window_e4_q[21:0] & (22'h3f_ffff >> i));
-  end
-
-  fp_lzc #(
-      .CountWidth(4)
-  ) u_lzc (
-      .value_i(stop_e5),
-      .count_o(zeros_e5),
-      .zero_o (unused_empty_e5)
+  fp_fine_left u_fine (
+      .window_i  (window_e4_q),
+      .negative_i(negative_e4_q),
+      .room_i    (room_e4_q),
+      .count_o   (zeros_e5),
+      .sig_o     (sig_e5),
+      .sticky_o  (sticky_e5)
   );
-
-  // Widest shift first: the upper bits of the count are known first.
-  always_comb begin
-    shifted_e5 = window_e4_q[47:7];
-    for (int k = 3; k >= 0; k--) if (zeros_e5[k]) shifted_e5 = shifted_e5 << (1 << k);
-  end
 
   logic valid_e5_q;
   logic [25:0] sig_e5_q;  // U(1.25), ones' complement if negative
@@ -280,9 +286,9 @@ module fp_fma (
   logic [8:0] exp_e5_q;  // U(9.0), biased
 
   always_ff @(posedge clk_i) begin
-    sig_e5_q      <= shifted_e5[40:15];
+    sig_e5_q      <= sig_e5;
     negative_e5_q <= negative_e4_q;
-    sticky_e5_q   <= sticky_e5[zeros_e5] || below_e4_q;
+    sticky_e5_q   <= sticky_e5 || below_e4_q;
     exp_e5_q      <= exp_top_e4_q - {2'd0, group_e4_q, zeros_e5};
     zero_e5_q     <= zero_e4_q;
     // Exact cancellation gives +0.

@@ -28,7 +28,7 @@ STAGES = 13
 ENTERED = (
     package_constant("FP_DIVSQRT_LATENCY") - STAGES - 1
 )  # cycle that entry 0 holds operands in
-DIGITS, REMAINDER, DIVISOR = ("digits_q", 24), ("remainder_q", 27), ("divisor_q", 27)
+DIGITS, REMAINDER, DIVISOR = ("digits_q", 24), ("remainder", 27), ("divisor_q", 27)
 ROOM = 60  # bits that hold every integer here
 
 
@@ -259,8 +259,9 @@ def replace_recurrence(run: Run, digits: Term, r: Term, d: Term) -> None:
         name, width = DIGITS
         known = logic.shr(digits, 24 - 2 * stage)
         run.replace(name, width * (stage + 1) - 1, width * stage, stage + ENTERED, known)
-    for (name, width), term in ((REMAINDER, r), (DIVISOR, d)):
-        run.replace(name, width * (last + 1) - 1, width * last, last + ENTERED, term)
+    # The registers of the remainder start at entry 1.
+    for name, width, place, term in (("remainder_q", 27, last - 1, r), (*DIVISOR, last, d)):
+        run.replace(name, width * (place + 1) - 1, width * place, last + ENTERED, term)
 
 
 def last_digits(steps: list[Term], r: Term) -> tuple[Term, Term]:
