@@ -41,7 +41,16 @@ ECP5_MAP = f"techmap -map {MAP_FILE}"
 """Command of Yosys before `synth_ecp5`: modules of ours that ECP5 has better cells for."""
 ELABORATED = "ports.json"
 KEPT = (
-    *("fp_fma", "fp_fine_left", "fp_divsqrt", "fp_divsqrt_folded", "fp_cmp", "fp_i2f", "fp_f2i", "fp_sincos"),
+    *(
+        "fp_fma",
+        "fp_fine_left",
+        "fp_divsqrt",
+        "fp_divsqrt_folded",
+        "fp_cmp",
+        "fp_i2f",
+        "fp_f2i",
+        "fp_sincos",
+    ),
     "fp_sincos_overlapped",
     "asip_lane",  # a lane keeps its own copies of control registers
 )

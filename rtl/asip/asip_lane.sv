@@ -131,8 +131,11 @@ module asip_lane (
     exponent_e1_q <= asip_pkg::exponent_of(own_r2[1][7:0]);
   end
 
-  assign a_e1 = asip_pkg::limited(own_e1_q[0], keep_own_e1, least_own_e1)
-              | asip_pkg::limited(operand_e1_i[0], keep_pipe_e1, least_pipe_e1);
+  always_comb begin
+    a_e1 = asip_pkg::limited(own_e1_q[0], keep_own_e1, least_own_e1);
+    a_e1 = a_e1 | asip_pkg::limited(operand_e1_i[0], keep_pipe_e1, least_pipe_e1);
+  end
+
   always_comb begin
     if (own_bc_e1_q[0]) b_e1 = power_e1_q ? {1'b0, exponent_e1_q, 23'd0} : own_e1_q[1];
     else b_e1 = power_e1_q ? {1'b0, exponent_e1_i, 23'd0} : operand_e1_i[1];

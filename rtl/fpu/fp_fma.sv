@@ -41,6 +41,7 @@ module fp_fma (
   logic a_fraction_e1, b_fraction_e1, c_fraction_e1;  // not zero
   logic sign_product_e1, sign_addend_e1;
   logic [9:0] save1_e1, carry1_e1, save2_e1, carry2_e1;
+  logic [7:0] b_field_e1, not_c_field_e1;
   logic [9:0] distance_e1;  // S(10.0): right shift of the addend
   logic unused_e1;
 
@@ -66,10 +67,14 @@ module fp_fma (
   // rows, and a bit appended below. With the field C of the addend, -exp_c = ~C - 255 - subnormal = ~C - 256 + !subnormal.
   localparam logic [9:0] Offset = 10'd668;  // -(256 + 127 - 27)
 
-  assign save1_e1    = {2'b00, a_i[30:23] ^ b_e1[30:23] ^ ~c_e1[30:23]};
-  assign carry1_e1   = {1'b0, (a_i[30:23] & (b_e1[30:23] | ~c_e1[30:23])) | (b_e1[30:23] & ~c_e1[30:23]), !c_subnormal_e1};
-  assign save2_e1    = save1_e1 ^ carry1_e1 ^ Offset;
-  assign carry2_e1   = {(save1_e1[8:0] & carry1_e1[8:0]) | (Offset[8:0] & (save1_e1[8:0] | carry1_e1[8:0])), a_subnormal_e1};
+  assign b_field_e1     = b_e1[30:23];
+  assign not_c_field_e1 = ~c_e1[30:23];
+  assign save1_e1       = {2'b00, a_i[30:23] ^ b_field_e1 ^ not_c_field_e1};
+  assign carry1_e1      = {1'b0, (a_i[30:23] & (b_field_e1 | not_c_field_e1)) | (b_field_e1 & not_c_field_e1),
+                           !c_subnormal_e1};
+  assign save2_e1       = save1_e1 ^ carry1_e1 ^ Offset;
+  assign carry2_e1      = {(save1_e1[8:0] & carry1_e1[8:0]) | (Offset[8:0] & (save1_e1[8:0] | carry1_e1[8:0])),
+                           a_subnormal_e1};
   assign {distance_e1, unused_e1} = {save2_e1, 1'b1} + {carry2_e1, b_subnormal_e1};
 
   logic valid_e1_q;
