@@ -428,8 +428,6 @@ module asip #(
                 .soon_index_i (soon_index[p]),
                 .next_i       (next[p]),
                 .next_index_i (next_index[p]),
-                .write_i      (write[p]),
-                .write_index_i(write_index[p]),
                 .word_r1_i    (words_r1[p][s]),
                 .power_r2_i   (op_r2.power),
                 .below_r2_i   (op_r2.below),

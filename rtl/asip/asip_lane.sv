@@ -9,13 +9,11 @@ module asip_lane (
     input  logic                 rst_ni,
     // from stage D: fields c, b, a of the pipe's operation
     input  logic [2:0][8:0]      source_d_i,
-    // from the write schedule of the pipe's bank: write-back in two cycles, in the next cycle, now
+    // from the write schedule of the pipe's bank: write-back in two cycles, in the next cycle
     input  logic                 soon_i,
     input  logic [5:0]           soon_index_i,
     input  logic                 next_i,
     input  logic [5:0]           next_index_i,
-    input  logic                 write_i,
-    input  logic [5:0]           write_index_i,
     // from the stream, R1
     input  logic [31:0]          word_r1_i,
     // from the pipe, R2: its operation, the range of its operand a
@@ -36,7 +34,8 @@ module asip_lane (
   localparam int unsigned Latency = fp_pkg::FP_FMA_LATENCY;
 
   logic [Latency-1:0] vector_q;  // operations of the lane on their way
-  logic write, valid;
+  logic write_q, valid;
+  logic [5:0] write_index_q;
   logic [2:0] here, soon, next, now;  // by operand
   logic [2:0] soon_r1_q, next_r1_q, now_r1_q, zero_r1_q, soon_r2_q, bypassed_r2_q;
   logic [2:0][5:0] index_d;
@@ -49,9 +48,6 @@ module asip_lane (
   logic [31:0] last_q, word_r2_q, result, a_e1, b_e1, c_e1;
   fp_pkg::flags_t flags;
 
-  // A write by another operation of the pipe leaves this lane as it is.
-  assign write = write_i && vector_q[Latency-1];
-
   assign stream_d = source_d_i[0][8:6] == asip_isa_pkg::BANK_S;
 
   always_comb begin
@@ -60,21 +56,27 @@ module asip_lane (
       here[i]    = source_d_i[i][8:6] != asip_isa_pkg::BANK_ZERO && !(i == 0 && stream_d);
       soon[i]    = here[i] && soon_i && vector_q[Latency-3] && soon_index_i == index_d[i];
       next[i]    = here[i] && next_i && vector_q[Latency-2] && next_index_i == index_d[i];
-      now[i]     = here[i] && write && write_index_i == index_d[i];
+      now[i]     = here[i] && write_q && write_index_q == index_d[i];
     end
   end
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
-    if (!rst_ni) vector_q <= '0;
-    else vector_q <= {vector_q[Latency-2:0], start_e1_i};
+    if (!rst_ni) begin
+      vector_q <= '0;
+      write_q  <= 1'b0;
+    end else begin
+      vector_q <= {vector_q[Latency-2:0], start_e1_i};
+      // A write by another operation of the pipe leaves this lane as it is.
+      write_q  <= next_i && vector_q[Latency-2];
+    end
   end
 
   asip_regbank #(
       .ReadPorts(3)
   ) u_bank (
       .clk_i,
-      .write_i      (write),
-      .write_index_i(write_index_i),
+      .write_i      (write_q),
+      .write_index_i(write_index_q),
       .write_data_i (result),
       .read_index_i (index_d),
       .read_data_o  (read_r1)
@@ -111,6 +113,7 @@ module asip_lane (
   );
 
   always_ff @(posedge clk_i) begin
+    write_index_q <= next_index_i;
     soon_r1_q     <= soon;
     next_r1_q     <= next;
     now_r1_q      <= now;

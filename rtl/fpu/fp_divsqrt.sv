@@ -161,8 +161,9 @@ module fp_divsqrt (
       logic [26:0] remainder_first;
       logic digit_first, digit_second;
 
+      assign twice_first = {remainder[s], 1'b0};
+
       always_comb begin
-        twice_first = {remainder[s], 1'b0};
         digit_first = !trial_first[27];
         remainder_first = digit_first ? trial_first[26:0] : twice_first[26:0];
 

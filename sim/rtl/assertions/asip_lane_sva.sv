@@ -1,26 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-// asip_lane_sva: a lane writes what its vector operations compute, when the pipe's own write comes.
+// asip_lane_sva: a lane writes what its vector operations compute, in the cycle of the pipe's own write.
 module asip_lane_sva #(
-    parameter int unsigned Latency = 1
+    parameter int unsigned Latency = 2
 ) (
     input logic clk_i,
     input logic rst_ni,
-    input logic write_i,
+    input logic next_i,
     input logic valid,
-    input logic write,
+    input logic write_q,
     input logic [Latency-1:0] vector_q
 );
 
   Together : assert property (@(posedge clk_i) disable iff (!rst_ni)
-      vector_q[Latency-1] |-> write_i)
-  else $error("a lane has a result and the pipe writes none");
+      vector_q[Latency-2] |-> next_i)
+  else $error("a lane has a result in the next cycle and the pipe writes none");
 
   InTime : assert property (@(posedge clk_i) disable iff (!rst_ni)
       valid == vector_q[Latency-1])
   else $error("a lane's result is not there when its write comes");
 
   OfVectors : assert property (@(posedge clk_i) disable iff (!rst_ni)
-      write |-> valid)
+      write_q |-> valid)
   else $error("a lane writes without a result of its own");
 
 endmodule
