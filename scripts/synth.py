@@ -137,8 +137,7 @@ def main(argv: list[str] | None = None) -> int:
     options = parser.parse_args(argv)
     console = Console()
     OUTPUT.mkdir(parents=True, exist_ok=True)
-    data = json.loads(RESULT.read_text(encoding="utf-8")) if RESULT.is_file() else {}
-    tops = data.get("tops", {})
+    data: dict = {}
     for top in TOPS:
         if top.name not in options.only:
             continue
@@ -147,6 +146,9 @@ def main(argv: list[str] | None = None) -> int:
         except SynthesisError as error:
             console.print(f"error: {error}", markup=False)
             return 1
+        # Read only now: another run may have measured another top meanwhile.
+        data = json.loads(RESULT.read_text(encoding="utf-8")) if RESULT.is_file() else {}
+        tops = data.get("tops", {})
         mark = rtl_mark(top.name, result["modules"])
         tops[top.name] = figures(result) | {"commit": commit(), "rtl": mark}
         data |= {
