@@ -41,7 +41,7 @@ module asip_lane (
   logic [2:0][5:0] index_d;
   logic [2:0][31:0] read_r1, read_r2_q, bypass_r2_q, own_r2, own_e1_q;
   logic stream_d, stream_r1_q, stream_r2_q;  // operand a is a word of the stream
-  logic keep_own_e1, keep_pipe_e1, least_own_e1, least_pipe_e1;
+  logic keep_own_e1, keep_pipe_e1, least_e1;
   logic [1:0] own_bc_e1_q;
   logic power_e1_q;
   logic [7:0] exponent_e1_q;  // of 2^b with the lane's own word
@@ -92,24 +92,16 @@ module asip_lane (
     if (stream_r2_q) own_r2[0] = word_r2_q;
   end
 
-  asip_limit u_own (
+  asip_limit #(
+      .Operands(2)
+  ) u_limit (
       .clk_i,
-      .used_i (own_r2_i[0]),
+      .used_i ({own_r2_i[0], !own_r2_i[0]}),
       .below_i(below_r2_i),
       .above_i(above_r2_i),
-      .range_i(asip_pkg::range_of(own_r2[0])),
-      .keep_o (keep_own_e1),
-      .least_o(least_own_e1)
-  );
-
-  asip_limit u_pipe (
-      .clk_i,
-      .used_i (!own_r2_i[0]),
-      .below_i(below_r2_i),
-      .above_i(above_r2_i),
-      .range_i(range_r2_i),
-      .keep_o (keep_pipe_e1),
-      .least_o(least_pipe_e1)
+      .range_i({asip_pkg::range_of(own_r2[0]), range_r2_i}),
+      .keep_o ({keep_own_e1, keep_pipe_e1}),
+      .least_o(least_e1)
   );
 
   always_ff @(posedge clk_i) begin
@@ -135,8 +127,8 @@ module asip_lane (
   end
 
   always_comb begin
-    a_e1 = asip_pkg::limited(own_e1_q[0], keep_own_e1, least_own_e1);
-    a_e1 = a_e1 | asip_pkg::limited(operand_e1_i[0], keep_pipe_e1, least_pipe_e1);
+    a_e1 = asip_pkg::limited(own_e1_q[0], keep_own_e1, least_e1);
+    a_e1 = a_e1 | asip_pkg::limited(operand_e1_i[0], keep_pipe_e1, 1'b0);
   end
 
   always_comb begin
