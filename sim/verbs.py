@@ -223,7 +223,7 @@ def run(name: str, verb: Verb, words: list[str]) -> int:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns the exit status of the verb, 2 for a wrong command line."""
-    # Before a verb loads NumPy: threads of its linear algebra spin while they wait, and their number
+    # Before a verb loads NumPy: threads of linear algebra spin while they wait, and their number
     # changes the order of sums, so the last bits. What the user has set stays.
     for name in THREADS:
         os.environ.setdefault(name, "1")
