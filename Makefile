@@ -32,9 +32,6 @@ JOBS ?= 2
 WAVES ?=
 PROGRAMS ?=
 export SEED WAVES PROGRAMS
-# Threads of linear algebra spin while they wait, and change the last bits of sums.
-export OPENBLAS_NUM_THREADS ?= 1
-export OMP_NUM_THREADS ?= 1
 # Packages are those of the environment, whatever the user's own Python finds (ROS sets PYTHONPATH);
 # texts are UTF-8 in every locale. No variable that changes how Python runs gets through but these.
 PYTHON_ALLOWED := PYTHON PYTHONDONTWRITEBYTECODE PYTHONPYCACHEPREFIX PYTHONUNBUFFERED

