@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The ASIP under cocotb: the tests of asip_tb.py on both configurations and in Icarus, lanes on `wide`.
+"""The ASIP under cocotb: the tests of asip_tb.py on both configurations and in Icarus.
 
 Icarus simulates with four states: the monitor and the driver refuse an X on any control output.
 """
