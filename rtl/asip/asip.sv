@@ -377,16 +377,17 @@ module asip #(
 
       for (p = 0; p < FmaPipes; p++) begin : gen_pipe
         asip_pkg::decoded_t op_r2, op_e1;
-        asip_pkg::range_t range_r2;
-        logic [127:0] addend_e1;  // by lane
+        logic [95:0] addend_e1;  // of the further lanes
+        logic [31:0] addend_lanes_e1;
         logic [2:0] own_r2;  // by operand
         logic [7:0] exponent_e1_q;
-        logic keep_e1, least_e1;
+        logic keep_e1, least_e1;  // what the limit leaves of operand a
+        logic keep_lanes_e1, least_lanes_e1;  // zero where a lane has an operand a of its own
+        logic other_e1_q;  // the addend is that of a further lane
         localparam logic [2:0] Own = p == 0 ? asip_isa_pkg::BANK_A : asip_isa_pkg::BANK_B;
 
         assign op_r2                = ops_r2_q[OpWidth*p+:OpWidth];
         assign op_e1                = ops_e1_q[OpWidth*p+:OpWidth];
-        assign addend_e1[31:0]      = operand_e1[3*p+2];
         assign flags_lane[5*p*(Lanes+1)+:5] = '0;
         // A lane has words of its own for registers of the pipe's bank, in field c always, elsewhere if the
         // operation says so, and for the stream.
@@ -396,24 +397,36 @@ module asip #(
 
         // Before the multiply-add `vbelow` and `vabove` limit operand a, and `vscale` makes 2^n of b, with n its lowest
         // 8 bits.
-        assign range_r2 = asip_pkg::range_of(operand_r2[3*p]);
-
         asip_limit u_limit (
             .clk_i,
             .used_i (1'b1),
             .below_i(op_r2.below),
             .above_i(op_r2.above),
-            .range_i(range_r2),
+            .word_i (operand_r2[3*p]),
             .keep_o (keep_e1),
             .least_o(least_e1)
         );
 
-        always_ff @(posedge clk_i) exponent_e1_q <= asip_pkg::exponent_of(operand_r2[3*p+1][7:0]);
+        asip_limit u_limit_lanes (
+            .clk_i,
+            .used_i (!own_r2[0]),
+            .below_i(op_r2.below),
+            .above_i(op_r2.above),
+            .word_i (operand_r2[3*p]),
+            .keep_o (keep_lanes_e1),
+            .least_o(least_lanes_e1)
+        );
+
+        always_ff @(posedge clk_i) begin
+          exponent_e1_q <= asip_pkg::exponent_of(operand_r2[3*p+1][7:0]);
+          other_e1_q    <= op_r2.pick && (|op_r2.b[1:0]);
+        end
 
         assign operand_units[3*p]   = asip_pkg::limited(operand_e1[3*p], keep_e1, least_e1);
         assign operand_units[3*p+1] = op_e1.power ? {1'b0, exponent_e1_q, 23'd0} : operand_e1[3*p+1];
-
-        assign operand_units[3*p+2] = op_e1.pick ? addend_e1[32*op_e1.b[1:0]+:32] : operand_e1[3*p+2];
+        // All further lanes but the one that is taken give zero.
+        assign addend_lanes_e1      = addend_e1[31:0] | addend_e1[63:32] | addend_e1[95:64];
+        assign operand_units[3*p+2] = other_e1_q ? addend_lanes_e1 : operand_e1[3*p+2];
 
         logic unused_op;
         assign unused_op = ^{op_r2, op_e1};
@@ -433,16 +446,18 @@ module asip #(
                 .below_r2_i   (op_r2.below),
                 .above_r2_i   (op_r2.above),
                 .own_r2_i     (own_r2),
-                .range_r2_i   (range_r2),
+                .other_r2_i   (op_r2.pick && op_r2.b[1:0] != 2'(s)),
                 .start_e1_i   (valid_e1_q && op_e1.lanes && !op_e1.pick),
                 .kind_e1_i    (op_e1.fma_kind),
+                .keep_e1_i    (keep_lanes_e1),
+                .least_e1_i   (least_lanes_e1),
                 .exponent_e1_i(exponent_e1_q),
                 .operand_e1_i (operand_e1[3*p+:3]),
-                .addend_e1_o  (addend_e1[32*s+:32]),
+                .addend_e1_o  (addend_e1[32*(s-1)+:32]),
                 .flags_o      (flags_lane[5*(p*(Lanes+1)+s)+:5])
             );
           end else begin : gen_none
-            assign addend_e1[32*s+:32] = '0;
+            assign addend_e1[32*(s-1)+:32] = '0;
           end
         end
       end

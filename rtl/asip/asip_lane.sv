@@ -3,7 +3,7 @@
 // Contract: a vector operation of the pipe does here what it does in the pipe, in the same cycles. own_r2_i selects, by
 // operand, this lane's own word: the register of the same index, `zero` among them, or for the first operand the lane's
 // word of the stream. The other operands are the pipe's. Writes are those of the pipe's bank that a vector operation
-// makes. addend_e1_o is the register that the bundle names as addend, whatever its operation.
+// makes. addend_e1_o is the register that the bundle names as addend, zero if that of another lane is taken.
 module asip_lane (
     input  logic                 clk_i,
     input  logic                 rst_ni,
@@ -16,15 +16,17 @@ module asip_lane (
     input  logic [5:0]           next_index_i,
     // from the stream, R1
     input  logic [31:0]          word_r1_i,
-    // from the pipe, R2: its operation, the range of its operand a
+    // from the pipe, R2: its operation; other_r2_i: it takes the addend of another lane
     input  logic                 power_r2_i,
     input  logic                 below_r2_i,
     input  logic                 above_r2_i,
     input  logic [2:0]           own_r2_i,
-    input  asip_pkg::range_t     range_r2_i,
-    // from the pipe, E1: its operation, the exponent of 2^b, operands c, b, a
+    input  logic                 other_r2_i,
+    // from the pipe, E1: its operation, what its limit leaves of operand a, the exponent of 2^b, operands c, b, a
     input  logic                 start_e1_i,
     input  logic [1:0]           kind_e1_i,
+    input  logic                 keep_e1_i,
+    input  logic                 least_e1_i,
     input  logic [7:0]           exponent_e1_i,
     input  logic [2:0][31:0]     operand_e1_i,
     output logic [31:0]          addend_e1_o,
@@ -39,13 +41,13 @@ module asip_lane (
   logic [2:0] here, soon, next, now;  // by operand
   logic [2:0] soon_r1_q, next_r1_q, now_r1_q, zero_r1_q, soon_r2_q, bypassed_r2_q;
   logic [2:0][5:0] index_d;
-  logic [2:0][31:0] read_r1, read_r2_q, bypass_r2_q, own_r2, own_e1_q;
+  logic [2:0][31:0] read_r1, read_r2_q, bypass_r2_q, word_r2, word_e1_q;  // by operand
   logic stream_d, stream_r1_q, stream_r2_q;  // operand a is a word of the stream
-  logic keep_own_e1, keep_pipe_e1, least_e1;
-  logic [1:0] own_bc_e1_q;
+  logic keep_e1, least_e1;
+  logic [1:0] own_e1_q;  // operands c, b
   logic power_e1_q;
   logic [7:0] exponent_e1_q;  // of 2^b with the lane's own word
-  logic [31:0] last_q, word_r2_q, result, a_e1, b_e1, c_e1;
+  logic [31:0] last_q, streamed_r2_q, result, a_e1, b_e1, c_e1;
   fp_pkg::flags_t flags;
 
   assign stream_d = source_d_i[0][8:6] == asip_isa_pkg::BANK_S;
@@ -85,22 +87,20 @@ module asip_lane (
   // As in asip_operands_multiple: what was or is written back takes the place of what was read.
   always_comb begin
     for (int unsigned i = 0; i < 3; i++) begin
-      if (soon_r2_q[i]) own_r2[i] = result;
-      else if (bypassed_r2_q[i]) own_r2[i] = bypass_r2_q[i];
-      else own_r2[i] = read_r2_q[i];
+      if (soon_r2_q[i]) word_r2[i] = result;
+      else if (bypassed_r2_q[i]) word_r2[i] = bypass_r2_q[i];
+      else word_r2[i] = read_r2_q[i];
     end
-    if (stream_r2_q) own_r2[0] = word_r2_q;
+    if (stream_r2_q) word_r2[0] = streamed_r2_q;
   end
 
-  asip_limit #(
-      .Operands(2)
-  ) u_limit (
+  asip_limit u_limit (
       .clk_i,
-      .used_i ({own_r2_i[0], !own_r2_i[0]}),
+      .used_i (own_r2_i[0]),
       .below_i(below_r2_i),
       .above_i(above_r2_i),
-      .range_i({asip_pkg::range_of(own_r2[0]), range_r2_i}),
-      .keep_o ({keep_own_e1, keep_pipe_e1}),
+      .word_i (word_r2[0]),
+      .keep_o (keep_e1),
       .least_o(least_e1)
   );
 
@@ -116,27 +116,28 @@ module asip_lane (
     bypassed_r2_q <= next_r1_q | now_r1_q | zero_r1_q;
     stream_r2_q   <= stream_r1_q;
     read_r2_q     <= read_r1;
-    word_r2_q     <= word_r1_i;
+    streamed_r2_q <= word_r1_i;
     for (int unsigned i = 0; i < 3; i++) begin
       bypass_r2_q[i] <= ({32{next_r1_q[i]}} & result) | ({32{now_r1_q[i]}} & last_q);
     end
-    own_e1_q      <= own_r2;
-    own_bc_e1_q   <= own_r2_i[2:1];
+    word_e1_q     <= word_r2;
+    own_e1_q      <= own_r2_i[2:1];
     power_e1_q    <= power_r2_i;
-    exponent_e1_q <= asip_pkg::exponent_of(own_r2[1][7:0]);
+    exponent_e1_q <= asip_pkg::exponent_of(word_r2[1][7:0]);
+    if (other_r2_i) word_e1_q[2] <= '0;
   end
 
   always_comb begin
-    a_e1 = asip_pkg::limited(own_e1_q[0], keep_own_e1, least_e1);
-    a_e1 = a_e1 | asip_pkg::limited(operand_e1_i[0], keep_pipe_e1, 1'b0);
+    a_e1 = asip_pkg::limited(word_e1_q[0], keep_e1, least_e1);  // one of the two is zero
+    a_e1 = a_e1 | asip_pkg::limited(operand_e1_i[0], keep_e1_i, least_e1_i);
   end
 
   always_comb begin
-    if (own_bc_e1_q[0]) b_e1 = power_e1_q ? {1'b0, exponent_e1_q, 23'd0} : own_e1_q[1];
+    if (own_e1_q[0]) b_e1 = power_e1_q ? {1'b0, exponent_e1_q, 23'd0} : word_e1_q[1];
     else b_e1 = power_e1_q ? {1'b0, exponent_e1_i, 23'd0} : operand_e1_i[1];
   end
 
-  assign c_e1 = own_bc_e1_q[1] ? own_e1_q[2] : operand_e1_i[2];
+  assign c_e1 = own_e1_q[1] ? word_e1_q[2] : operand_e1_i[2];
 
   fp_fma u_fma (
       .clk_i,
@@ -153,7 +154,7 @@ module asip_lane (
       .flags_o      (flags)
   );
 
-  assign addend_e1_o = own_e1_q[2];
+  assign addend_e1_o = word_e1_q[2];
   assign flags_o     = valid ? flags : '0;
 
 endmodule

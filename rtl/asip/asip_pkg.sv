@@ -242,18 +242,6 @@ package asip_pkg;
     logic [6:0] sweep_index;  // of bank K
   } guard_t;
 
-  // What decides how a vector operation limits a floating-point word.
-  typedef struct packed {
-    logic negative;
-    logic beyond;    // its magnitude is 32 or more, or it is not finite
-    logic highest;   // its exponent is that of infinity and NaN
-    logic fraction;  // a bit of the fraction is set
-  } range_t;
-
-  function automatic range_t range_of(input logic [31:0] word);
-    range_of = {word[31], word[30] && (|word[29:25]), &word[30:23], |word[22:0]};
-  endfunction
-
   // The word, -32 or 0. -32 has three bits set.
   function automatic logic [31:0] limited(input logic [31:0] word, input logic keep, input logic least);
     limited = (word & {32{keep}}) | {least, least, 4'd0, least, 25'd0};
