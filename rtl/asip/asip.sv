@@ -380,7 +380,7 @@ module asip #(
         logic [95:0] addend_e1;  // of the further lanes
         logic [31:0] addend_lanes_e1;
         logic [2:0] own_r2;  // by operand
-        logic [7:0] exponent_e1_q;
+        logic [31:0] factor_e1_q;  // operand b
         logic keep_e1, least_e1;  // what the limit leaves of operand a
         logic keep_lanes_e1, least_lanes_e1;  // zero where a lane has an operand a of its own
         logic other_e1_q;  // the addend is that of a further lane
@@ -418,12 +418,12 @@ module asip #(
         );
 
         always_ff @(posedge clk_i) begin
-          exponent_e1_q <= asip_pkg::exponent_of(operand_r2[3*p+1][7:0]);
-          other_e1_q    <= op_r2.pick && (|op_r2.b[1:0]);
+          factor_e1_q <= op_r2.power ? asip_pkg::power_of_two(operand_r2[3*p+1][7:0]) : operand_r2[3*p+1];
+          other_e1_q  <= op_r2.pick && (|op_r2.b[1:0]);
         end
 
         assign operand_units[3*p]   = asip_pkg::limited(operand_e1[3*p], keep_e1, least_e1);
-        assign operand_units[3*p+1] = op_e1.power ? {1'b0, exponent_e1_q, 23'd0} : operand_e1[3*p+1];
+        assign operand_units[3*p+1] = factor_e1_q;
         // All further lanes but the one that is taken give zero.
         assign addend_lanes_e1      = addend_e1[31:0] | addend_e1[63:32] | addend_e1[95:64];
         assign operand_units[3*p+2] = other_e1_q ? addend_lanes_e1 : operand_e1[3*p+2];
@@ -451,8 +451,7 @@ module asip #(
                 .kind_e1_i    (op_e1.fma_kind),
                 .keep_e1_i    (keep_lanes_e1),
                 .least_e1_i   (least_lanes_e1),
-                .exponent_e1_i(exponent_e1_q),
-                .operand_e1_i (operand_e1[3*p+:3]),
+                .operand_e1_i ({operand_e1[3*p+2], factor_e1_q, operand_e1[3*p]}),
                 .addend_e1_o  (addend_e1[32*(s-1)+:32]),
                 .flags_o      (flags_lane[5*(p*(Lanes+1)+s)+:5])
             );

@@ -22,12 +22,11 @@ module asip_lane (
     input  logic                 above_r2_i,
     input  logic [2:0]           own_r2_i,
     input  logic                 other_r2_i,
-    // from the pipe, E1: its operation, what its limit leaves of operand a, the exponent of 2^b, operands c, b, a
+    // from the pipe, E1: its operation, what its limit leaves of operand a, operands c, b, a
     input  logic                 start_e1_i,
     input  logic [1:0]           kind_e1_i,
     input  logic                 keep_e1_i,
     input  logic                 least_e1_i,
-    input  logic [7:0]           exponent_e1_i,
     input  logic [2:0][31:0]     operand_e1_i,
     output logic [31:0]          addend_e1_o,
     output fp_pkg::flags_t       flags_o
@@ -45,8 +44,6 @@ module asip_lane (
   logic stream_d, stream_r1_q, stream_r2_q;  // operand a is a word of the stream
   logic keep_e1, least_e1;
   logic [1:0] own_e1_q;  // operands c, b
-  logic power_e1_q;
-  logic [7:0] exponent_e1_q;  // of 2^b with the lane's own word
   logic [31:0] last_q, streamed_r2_q, result, a_e1, b_e1, c_e1;
   fp_pkg::flags_t flags;
 
@@ -122,8 +119,7 @@ module asip_lane (
     end
     word_e1_q     <= word_r2;
     own_e1_q      <= own_r2_i[2:1];
-    power_e1_q    <= power_r2_i;
-    exponent_e1_q <= asip_pkg::exponent_of(word_r2[1][7:0]);
+    if (power_r2_i) word_e1_q[1] <= asip_pkg::power_of_two(word_r2[1][7:0]);
     if (other_r2_i) word_e1_q[2] <= '0;
   end
 
@@ -132,11 +128,7 @@ module asip_lane (
     a_e1 = a_e1 | asip_pkg::limited(operand_e1_i[0], keep_e1_i, least_e1_i);
   end
 
-  always_comb begin
-    if (own_e1_q[0]) b_e1 = power_e1_q ? {1'b0, exponent_e1_q, 23'd0} : word_e1_q[1];
-    else b_e1 = power_e1_q ? {1'b0, exponent_e1_i, 23'd0} : operand_e1_i[1];
-  end
-
+  assign b_e1 = own_e1_q[0] ? word_e1_q[1] : operand_e1_i[1];
   assign c_e1 = own_e1_q[1] ? word_e1_q[2] : operand_e1_i[2];
 
   fp_fma u_fma (

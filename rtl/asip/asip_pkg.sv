@@ -247,9 +247,11 @@ package asip_pkg;
     limited = (word & {32{keep}}) | {least, least, 4'd0, least, 25'd0};
   endfunction
 
-  // Exponent field of 2^n.
-  function automatic logic [7:0] exponent_of(input logic [7:0] n);
-    exponent_of = n + 8'd127;
+  // 2^n, n being the lowest 8 bits of a word, S(8.0). Its exponent field n + 127 = n + 128 - 1 is found without a carry
+  // chain: the word is known late in its stage.
+  function automatic logic [31:0] power_of_two(input logic [7:0] n);
+    power_of_two = 32'd0;
+    for (int k = 0; k < 8; k++) power_of_two[23+k] = n[k] ^ (k == 7) ^ ((n & ((8'd1 << k) - 8'd1)) == 8'd0);
   endfunction
 
   // Selection of an operand in stage R2.
