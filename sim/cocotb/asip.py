@@ -18,7 +18,7 @@ from asip_asm.image import Image
 from asip_asm.isa import default_isa
 from sim.cocotb.agent import Agent, AgentPins
 from sim.cocotb.clocked import Bus, Pin, word
-from sim.core.backends import number, readable_addresses, unknown
+from sim.core.backends import number, readable_places, unknown
 from sim.rtl.asip_bus import (
     BLOCK,
     CLEAR,
@@ -27,6 +27,7 @@ from sim.rtl.asip_bus import (
     START,
     STATUS,
     load_words,
+    place_address,
     register_address,
 )
 
@@ -103,7 +104,8 @@ class Asip(Agent):
             await self.write(address, data)
         self.image = image
         self._inputs = {entry.name: entry for entry in image.inputs}
-        self._readable = readable_addresses(image)
+        places = readable_places(image)
+        self._readable = {name: place_address(place) for name, place in places.items()}
         return image
 
     async def preset(self, values: Mapping[str, float]) -> None:

@@ -83,7 +83,8 @@ class Core:
     program: source text, image file (*.json) or image. configuration: 'fast', 'small' or 'stream';
     None leaves it to the program. defines: values of its parameters (`.param`); params: file to
     read in place of the one that `.params` names. backend: 'rtl', the Verilated core, built at
-    first use (a minute or two), or 'iss', the instruction-set model.
+    first use (a minute or two), 'iss', the instruction-set model, or a `Backend` that exists, for
+    example `sim.debug.backend.open_backend("serial:/dev/ttyUSB0")`, a board.
     inputs, outputs, states, exports: names, in the order of the program.
     Raises AssemblyError, ImageError, OSError for the program, CoreError for the rest.
     """
@@ -95,9 +96,9 @@ class Core:
         configuration: str | None = None,
         defines: Mapping[str, float] | None = None,
         params: Path | None = None,
-        backend: str = "rtl",
+        backend: str | Backend = "rtl",
     ) -> None:
-        if backend not in BACKENDS:
+        if isinstance(backend, str) and backend not in BACKENDS:
             raise CoreError(f"no backend '{backend}'; there are {', '.join(BACKENDS)}")
         self._whole = _image(program, configuration, defines, params)
         self.ticks = 0
@@ -105,7 +106,9 @@ class Core:
         self.flags = 0
         self._fault = ""
         self._name(self._whole)
-        self._backend: Backend | None = BACKENDS[backend](self.image)
+        where = BACKENDS[backend]() if isinstance(backend, str) else backend
+        where.load(self.image)
+        self._backend: Backend | None = where
         if self._whole.functions:
             self.select(self._whole.functions[0].name)
 
@@ -238,7 +241,7 @@ class Core:
         backend = self.backend
         self._check_readable(name)
         held = self._held(name)
-        return backend.read(name) if held is None else held
+        return backend.read_name(name) if held is None else held
 
     # ------------------------------------------------------------------ inside
     def _is_int(self, name: str) -> bool:
@@ -250,7 +253,7 @@ class Core:
         return self._inputs.get(name, self._constants.get(name))
 
     def _check_readable(self, name: str) -> None:
-        if self._held(name) is None and not self.backend.has(name):
+        if self._held(name) is None and self.backend.place(name) is None:
             known = [*self.outputs, *self.exports, *self.states, *self._inputs, *self._constants]
             _known("output, export, state, input, constant or register", name, known)
 

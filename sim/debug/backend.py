@@ -1,110 +1,245 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs of a program on a core over a link, a board for example, as a backend of a `Core`."""
+"""A core with a debug block, a board for example, as a `Backend`, over any link of `sim.debug`."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 
 import numpy as np
 from numpy.typing import NDArray
 
 from asip_asm.image import Image
-from sim.core.backends import COUNTERS, Observed, Runs, is_register, readable_addresses
-from sim.core.fault import NO_FAULT, Fault, fault_text
-from sim.debug.client import Client, DebugError
-from sim.rtl.asip_bus import BLOCK, CSR, FAULT_NAMES, STATUS, register_address, run_words
+from sim.core.backends import (
+    BACKENDS,
+    IDLE,
+    Backend,
+    BusBackend,
+    Kind,
+    OneRun,
+    Runs,
+    Status,
+    run_each,
+)
+from sim.core.fault import NO_FAULT, Fault
+from sim.debug.client import Client, DebugError, connect
+from sim.debug.state import State
+from sim.rtl.asip_bus import CSR, FAULT_NAMES, STATUS, AsipError
+
+NEXT_RUN = 10.0
+"""Seconds to wait for the machine's next tick."""
 
 
-class LinkBackend:
-    """A program loaded over a link; `Backend` of sim/core/backends.py. It has no trace.
+def open_backend(place: str, trace: bool = False) -> Backend:
+    """A core at a place: 'rtl', 'iss', or the address of a link (`sim.debug.link.open_link`).
 
-    Methods raise LinkError, DebugError.
+    Raises LinkError if nothing answers there.
+    """
+    if place in BACKENDS:
+        return BACKENDS[place](trace)
+    return BlockBackend(lambda: connect(place), f"core at {place}")
+
+
+class BlockBackend(BusBackend):
+    """A core over a client; `connect` makes one, again after the core was gone. No trace.
+
+    Raises LinkError if there is nothing at the other end.
     """
 
-    def __init__(self, image: Image, client: Client) -> None:
-        """Ends a run that goes on or is held, frees breakpoints and watches, loads the program."""
-        self.client = client
-        client.set_mode()
-        client.free_points()
-        if client.state().running:
-            client.abort()
-        if client.state().held:
-            client.resume()
-        client.wait(lambda state: not state.running)
-        client.load(image)
+    def __init__(self, connect: Callable[[], Client], label: str) -> None:
+        self.label = label
+        self._connect = connect
+        self._runs = 0
+        self._armed: tuple[Sequence[int], Sequence[str]] | None = None
+        self._taken = False  # it is to be left without breakpoints
+        self.client = connect()
+
+    @property
+    def breakpoints(self) -> int:  # type: ignore[override]  # of the block that was built
+        return self.client.sizes.breakpoints
+
+    @property
+    def watches(self) -> int:  # type: ignore[override]  # of the block that was built
+        return self.client.sizes.watches
+
+    def load(self, image: Image) -> None:
+        self._taken = True
+        self.abort()
+        self.client.set_mode()
+        self._free_points()
+        if self.client.state().held:
+            self.client.resume()
+        self.client.load(image)
         self._name(image)
 
-    def _name(self, image: Image) -> None:
-        self._image = image
-        self._addresses = readable_addresses(image)
-        self._inputs = {entry.name: BLOCK["constants"] + entry.index for entry in image.inputs}
+    def _free_points(self) -> None:
+        """Clear all breakpoints and watches, those of an earlier session too."""
+        self.client.free_points()
+        self._armed = [], []
 
-    def select(self, image: Image) -> None:
-        for address, word in run_words(image):
-            self.client.write_word(address, word)
-        self._name(image)
+    def read_word(self, address: int) -> int:
+        return self.client.read_word(address)
 
-    def has(self, name: str) -> bool:
-        return name in self._addresses or is_register(name)
-
-    def run(self, inputs: Sequence[str], data: NDArray[np.uint32], read: Sequence[str]) -> Runs:
-        words: list[list[int]] = []
-        flags: list[int] = []
-        cycles: list[int] = []
-        fault, text = None, ""
-        for row in data.tolist():
-            for name, word in zip(inputs, row, strict=True):
-                self.client.write_word(self._inputs[name], word)
-            status = self._run()
-            words.append([self.read(name) for name in read])
-            flags.append(STATUS["flags"].of(status))
-            cycles.append(self.client.cycles())
-            cause = FAULT_NAMES[STATUS["cause"].of(status)]
-            if cause != NO_FAULT:
-                fault = Fault.of(cause, self.client.read_word(CSR["FAULT_INFO"]))
-                text = fault_text(self._image, fault, dict(zip(inputs, row, strict=True)))
-                break
-        return Runs(
-            np.array(words, dtype=np.uint32).reshape(len(words), len(read)),
-            np.array(flags, dtype=np.uint8),
-            np.array(cycles, dtype=np.uint32),
-            fault,
-            text,
-        )
-
-    def _run(self) -> int:
-        """STATUS after one run. Raises DebugError if it does not end."""
-        self.client.clear()
-        self.client.start()
-        end = time.monotonic() + self.client.timeout
-        while STATUS["busy"].of(status := self.client.read_word(CSR["STATUS"])):
-            if time.monotonic() > end:
-                raise DebugError(
-                    f"the run has not ended within {self.client.timeout:g} s; is a debugger "
-                    "holding the core? Its watchdog is "
-                    f"{self._image.watchdog} cycles"
-                )
-            self.client.link.pause()
-        return status
-
-    def preset(self, words: Mapping[str, int]) -> None:
-        states = {state.name: state.register for state in self._image.states}
-        for name, word in words.items():
-            self.client.write_register(states[name], word)
+    def write_word(self, address: int, word: int) -> None:
+        self.client.write_word(address, word)
 
     def write_data(self, address: int, words: Sequence[int]) -> None:
         self.client.write_data(address, words)
 
-    def read(self, name: str) -> int:
-        address = self._addresses.get(name)
-        return self.client.read_word(register_address(name) if address is None else address)
+    # ------------------------------------------------------------------ whole runs
+    def run(self, inputs: Sequence[str], data: NDArray[np.uint32], read: Sequence[str]) -> Runs:
+        return run_each(self, self._one_run, inputs, data, read)
+
+    def _one_run(self, inputs: Mapping[str, int]) -> OneRun:
+        """Raises DebugError if the run does not end."""
+        self._write_inputs(inputs)
+        self.client.clear()
+        self.client.start()
+        end = time.monotonic() + self.client.timeout
+        while STATUS["busy"].of(status := self.read_word(CSR["STATUS"])):
+            if time.monotonic() > end:
+                raise DebugError(
+                    f"the run has not ended within {self.client.timeout:g} s; is a debugger "
+                    f"holding the core? Its watchdog is {self.image.watchdog} cycles"
+                )
+            self.client.link.pause()
+        cause = FAULT_NAMES[STATUS["cause"].of(status)]
+        fault = None if cause == NO_FAULT else self.fault(cause)
+        return OneRun(STATUS["flags"].of(status), self.client.cycles(), fault)
+
+    def _write_inputs(self, inputs: Mapping[str, int]) -> None:
+        places = {entry.name: f"k{entry.index}" for entry in self.image.inputs}
+        for name, word in inputs.items():
+            self.write(places[name], word)
 
     def clear(self) -> None:
         self.client.clear()
 
-    def observed(self) -> Observed:
-        return Observed({name: self.client.read_word(CSR[name]) for name in COUNTERS}, [])
+    # ------------------------------------------------------------------ runs that stop inside
+    def begin(self, inputs: Mapping[str, int], hold: bool) -> None:
+        self._write_inputs(inputs)
+        self.client.set_mode(stop_at_start=hold)
+        if self.client.state().held:
+            self.client.resume()
+        self._runs = self.client.runs()
+        self.client.start()
+
+    def resume(self) -> None:
+        self.client.resume()
+
+    def step(self) -> None:
+        self.client.step()
+
+    def halt(self) -> None:
+        self.client.halt()
+
+    def abort(self) -> None:
+        state = self.client.state()
+        if state.running:
+            self.client.abort()
+            state = self.client.wait(lambda now: not now.running)
+        if state.fault:
+            self.client.clear()
+        self._runs = self.client.runs() - 1  # no run is on
+
+    def poll(self, seconds: float) -> Status:
+        end = time.monotonic() + seconds
+        while True:
+            status = self._status(self.client.state())
+            if status.kind is not Kind.RUNNING or time.monotonic() >= end:
+                return status
+            self.client.link.pause()
+
+    def _status(self, state: State) -> Status:
+        if state.halted:
+            return Status(Kind.HALTED, state.next, state.reason, state.which)
+        if state.fault and not state.running:
+            return Status(Kind.FAULT, state.last + 1, fault=Fault.of(*self.client.fault()))
+        if state.running or self.client.runs() == self._runs:
+            return Status(Kind.RUNNING, state.next)
+        return IDLE
+
+    def arm(self, bundles: Sequence[int], places: Sequence[str]) -> None:
+        if (bundles, places) == self._armed:
+            return
+        self._free_points()
+        self._armed = None  # until the last one is set
+        try:
+            for bundle in bundles:
+                self.client.set_breakpoint(bundle)
+            for place in places:
+                self.client.set_watch(place)
+        except ValueError as error:
+            raise AsipError(str(error)) from None
+        self._armed = bundles, places
+
+    # ------------------------------------------------------------------ life
+    def reconnect(self) -> None:
+        self.client.close()
+        self.client = self._connect()
 
     def close(self) -> None:
+        """A core that `load` has taken is left without breakpoints, and goes on."""
+        if self._taken:
+            with suppress(AsipError):  # it may be gone
+                self._free_points()
+                self.client.set_mode()
+                self.client.resume()
         self.client.close()
+
+
+class DrivenBackend(BlockBackend):
+    """A core whose ticks another host starts, in a machine or a simulation that runs: the program
+    is there; nothing is loaded from here, and no inputs are written.
+
+    From `load` on every run waits before its first bundle (MODE.stop_at_start), so that the end of
+    a tick is a place to stop: there the next one waits.
+    """
+
+    driven = True
+    _inside = False  # a run that the session knows of is on
+
+    def load(self, image: Image) -> None:
+        """Raises DebugError if the core has another program."""
+        self._taken = True
+        self.client.check_program(image)
+        self._name(image)
+        self._inside = False
+        self._free_points()
+        self.client.set_mode(stop_at_start=True)
+
+    def _one_run(self, inputs: Mapping[str, int]) -> OneRun:
+        raise AsipError("another host starts the runs of this core; it cannot be given one")
+
+    def begin(self, inputs: Mapping[str, int], hold: bool) -> None:
+        end = time.monotonic() + NEXT_RUN
+        while not (state := self.client.state()).halted:
+            if state.fault and not state.running:
+                self._inside = True  # the session shall see it
+                return
+            if time.monotonic() > end:
+                raise DebugError(f"no tick began within {NEXT_RUN:g} s; does its host run?")
+            self.client.link.pause()
+        self._inside = hold
+        if not hold:
+            self.resume()
+
+    def resume(self) -> None:
+        self._inside = False
+        super().resume()
+
+    def step(self) -> None:
+        self._inside = False
+        super().step()
+
+    def _status(self, state: State) -> Status:
+        if state.halted and state.reason == "start" and not self._inside:
+            return IDLE  # the run is over, the next one waits
+        if state.halted or (state.fault and not state.running):
+            return super()._status(state)
+        return Status(Kind.RUNNING, state.next)
+
+    def abort(self) -> None:
+        self._inside = False
+        super().abort()

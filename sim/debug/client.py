@@ -22,8 +22,17 @@ from sim.debug.link import Bus, DirectLink, open_link
 from sim.debug.recorder import Recorder
 from sim.debug.requests import DebugError
 from sim.debug.run_control import RunControl
-from sim.debug.state import STAGE, configuration_of, place_address, word_of
-from sim.rtl.asip_bus import BLOCK, CLEAR, CSR, FAULT_NAMES, START, STATUS, load_words
+from sim.debug.state import STAGE, configuration_of, word_of
+from sim.rtl.asip_bus import (
+    BLOCK,
+    CLEAR,
+    CSR,
+    FAULT_NAMES,
+    START,
+    STATUS,
+    load_words,
+    place_address,
+)
 
 __all__ = ["Client", "DebugError", "connect"]
 

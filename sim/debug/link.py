@@ -20,15 +20,12 @@ from sim.debug.packets import (
     pack_words,
     unpack_words,
 )
+from sim.rtl.asip_bus import LinkError
 
 ADDRESSES = 1 << 15
 """Words on the bus of `debug_asip`."""
 GONE = "the server has another client, and serves one at a time, or is gone"
 NO_TOKEN = "write tcp://TOKEN@host:port with the token that the server has printed"
-
-
-class LinkError(RuntimeError):
-    """Nothing answers, or the link is gone; the text names the place and the cure."""
 
 
 class Bus(Protocol):

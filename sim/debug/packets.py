@@ -15,6 +15,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
+from sim.rtl.asip_bus import AsipError
+
 LARGEST = 254
 """Bytes of a packet with its CRC."""
 READ_WORDS = 60
@@ -48,7 +50,7 @@ class ErrorCode(IntEnum):
     LENGTH = 2
 
 
-class PacketError(ValueError):
+class PacketError(AsipError, ValueError):
     """Bytes that are no packet."""
 
 

@@ -7,7 +7,7 @@ import time
 from collections.abc import Sequence
 from typing import Self
 
-from sim.debug.link import Link, LinkError
+from sim.debug.link import Link
 from sim.debug.packets import (
     READ_WORDS,
     WRITE_WORDS,
@@ -23,11 +23,12 @@ from sim.debug.packets import (
     write_body,
 )
 from sim.debug.state import REGISTER, REGMAP, Records, Sizes, State, fields_of
+from sim.rtl.asip_bus import AsipError, LinkError
 
 TRIES = 3
 
 
-class DebugError(RuntimeError):
+class DebugError(AsipError):
     """The block cannot do what was requested; the text says why, and the cure."""
 
 

@@ -7,7 +7,8 @@ import time
 from collections.abc import Callable
 
 from sim.debug.requests import DebugError, Requests
-from sim.debug.state import BANKS, REGMAP, State, place_address
+from sim.debug.state import BANKS, REGMAP, State
+from sim.rtl.asip_bus import place_address
 
 
 class RunControl(Requests):

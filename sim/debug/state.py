@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from asip_asm.gen.asip_regmap import REGMAP as CORE_MAP
 from asip_asm.isa import default_isa
 from sim.debug.gen.debug_regmap import REGMAP
-from sim.rtl.asip_bus import BLOCK, register_address
 
 BASE = 1 << CORE_MAP.address_width
 """First word of the debug block on the bus of `debug_asip`."""
@@ -206,22 +205,6 @@ class Records:
     first: int
     words: list[tuple[int, ...]]
     lost: int = 0
-
-
-def place_address(name: str) -> int:
-    """Bus address of a register ('a3'), an output ('o2') or a word of bank K ('k5').
-
-    Raises ValueError.
-    """
-    letter, digits = name[:1].lower(), name[1:]
-    limits = {"a": 64, "b": 64, "c": 64, "k": 128, "o": 32}
-    if letter not in limits or not digits.isdecimal() or int(digits) >= limits[letter]:
-        raise ValueError(f"'{name}' is no register: a0..a63, b, c, k0..k127, o0..o31")
-    if letter == "k":
-        return BLOCK["constants"] + int(digits)
-    if letter == "o":
-        return BLOCK["outputs"] + int(digits)
-    return register_address(name.lower())
 
 
 def word_of(value: float, type_name: str = "float") -> int:

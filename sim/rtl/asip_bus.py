@@ -18,12 +18,37 @@ IRQ_DONE = REGMAP.registers["IRQ_ENABLE"].word(done=1)
 IRQ_FAULT = REGMAP.registers["IRQ_ENABLE"].word(fault=1)
 IRQ_ALL = IRQ_DONE | IRQ_FAULT
 FAULT_NAMES = {fault.code: fault.name for fault in REGMAP.faults.values()}
+# Words of the banks that a host addresses by name.
+PLACES = {"a": 64, "b": 64, "c": 64, "k": 128, "o": 32}
+
+
+class AsipError(RuntimeError):
+    """A core cannot do what was requested, or stopped unexpectedly; the text states the cure."""
+
+
+class LinkError(AsipError):
+    """Nothing answers, or the link is gone; the text names the place and the cure."""
 
 
 def register_address(name: str) -> int:
     """Bus address of a physical register such as 'c12' (banks A, B, C)."""
     bank, index = name[0].upper(), int(name[1:])
     return BLOCK["registers"] + 64 * default_isa().banks[bank].code + index
+
+
+def place_address(name: str) -> int:
+    """Bus address of a register ('a3'), an output ('o2') or a word of bank K ('k5').
+
+    Raises ValueError.
+    """
+    letter, digits = name[:1].lower(), name[1:]
+    if letter not in PLACES or not digits.isdecimal() or int(digits) >= PLACES[letter]:
+        raise ValueError(f"'{name}' is no register: a0..a63, b, c, k0..k127, o0..o31")
+    if letter == "k":
+        return BLOCK["constants"] + int(digits)
+    if letter == "o":
+        return BLOCK["outputs"] + int(digits)
+    return register_address(name.lower())
 
 
 def load_words(image: Image) -> Iterator[tuple[int, int]]:

@@ -19,6 +19,7 @@ from sim.rtl.asip_bus import (
     FAULT_NAMES,
     START,
     STATUS,
+    AsipError,
     load_words,
     register_address,
     run_words,
@@ -27,10 +28,6 @@ from sim.rtl.build import build_library, file_list
 from sim.rtl.verilated import Verilated
 
 HARNESS = Path(__file__).with_name("asip_harness.cpp")
-
-
-class AsipError(RuntimeError):
-    """The core did not answer, or stopped in a fault nobody expected."""
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`sim.Core`: values by name, states, batches, faults and wrong use, on both backends."""
+"""`sim.Core`: values by name, states, batches, faults and wrong use, on all backends."""
 
 from __future__ import annotations
 
@@ -13,6 +13,10 @@ import pytest
 from asip_asm.assemble import assemble
 from asip_asm.diagnostics import AssemblyError
 from sim import Core, CoreError, CoreFault
+from sim.core.backends import BACKENDS, Kind
+from sim.debug.backend import BlockBackend, DrivenBackend, open_backend
+from sim.debug.client import connect
+from sim.debug.model import DebugRtl
 from sim.rtl.asip_rtl import AsipError
 from tests.bench.commands import output
 
@@ -47,8 +51,20 @@ def source(tmp_path_factory):
     return path
 
 
-@pytest.fixture(params=["rtl", "iss"])
-def backend(request):
+class Board(BlockBackend):
+    """A core with its debug block, made for the first program."""
+
+    def __init__(self) -> None: ...
+
+    def load(self, image):
+        model = DebugRtl(image.configuration)
+        super().__init__(lambda: connect(model), "board")
+        super().load(image)
+
+
+@pytest.fixture(params=["rtl", "iss", "board"])
+def backend(request, monkeypatch):
+    monkeypatch.setitem(BACKENDS, "board", Board)
     return request.param
 
 
@@ -68,7 +84,7 @@ def test_tick__values_by_name__and_what_stays_until_the_next(core, backend):
     assert (core.read("out"), core.read("x"), core.read("gain")) == (-5.0, 4.0, 2.0)
     assert core.read_word("step") == (-10) & 0xFFFFFFFF and core.read_word("root") == 0x40000000
     assert core.ticks == 2 and core.flags == 0
-    assert core.cycles == (core.image.cycles if backend == "rtl" else None)
+    assert core.cycles == (core.image.cycles if backend != "iss" else None)
     core.tick(x=2.0)
     assert core.flags == FLAG_NX and core.read("root") == float(np.float32(math.sqrt(2.0)))
 
@@ -107,7 +123,7 @@ def test_batch__same_bits_as_ticks(core, source, backend):
     assert ticks["x"].tolist() == x.astype(np.float32).tolist()
     assert ticks["gain"].tolist() == [2.0] * 40
     assert core.ticks == 40 and core.read("x") == ticks["x"][-1]
-    if backend == "rtl":
+    if backend != "iss":
         assert set(ticks.cycles.tolist()) == {core.image.cycles}
     assert len(core.batch({"x": []})["out"]) == 0
 
@@ -254,6 +270,51 @@ def test_closed_model__bus_access_is_an_error_not_a_crash(source):
     for use in (rtl.reset, lambda: rtl.read(0), lambda: rtl.irq, lambda: rtl.cycles):
         with pytest.raises(AsipError, match="the core is closed"):
             use()
+
+
+def test_backend_that_exists__runs_the_program__also_after_a_debugger(source):
+    image, model = assemble(source), DebugRtl("fast")
+    debugger = BlockBackend(lambda: connect(model), "core")
+    debugger.load(image)
+    debugger.arm([0], [])
+    debugger.begin(dict.fromkeys(("x", "limit", "count"), 0), hold=True)
+    assert debugger.poll(1.0).kind is Kind.HALTED
+    assert open_backend("iss").label == "instruction-set model"
+    with Core(image, backend=BlockBackend(lambda: connect(model), "core")) as core:
+        assert core.tick(x=4.0, count=7, limit=500.0) == {"out": 15.0, "looked": 30.0}
+        onlooker = BlockBackend(lambda: connect(model), "core")
+        core.backend.arm([0], [])
+        onlooker.close()  # it has loaded nothing, and so leaves the breakpoint
+        core.backend.begin(dict.fromkeys(("x", "limit", "count"), 0), hold=False)
+        assert core.backend.poll(1.0).reason == "breakpoint"
+    assert not connect(model).state().held
+
+
+def test_core_without_a_debug_block__refuses_to_stop_inside_a_run(source):
+    with Core(source) as core:
+        backend = core.backend
+        for use in (
+            *(backend.resume, backend.step, backend.halt, backend.abort),
+            lambda: backend.begin({}, hold=True),
+            lambda: backend.poll(0.0),
+            lambda: backend.arm([0], []),
+        ):
+            with pytest.raises(AsipError, match="the Verilated core has no debug block"):
+                use()
+        assert backend.breakpoints == backend.watches == 0
+        for place, text in {"a3.2": "first lane alone", "d9999": "no register"}.items():
+            with pytest.raises(AsipError, match=text):
+                backend.read(place)
+        with pytest.raises(AsipError, match="only runs write outputs"):
+            backend.write("o0", 1)
+
+
+def test_core_that_its_host_drives__takes_no_runs_from_here(source):
+    image, model = assemble(source), DebugRtl("fast")
+    model.load(image)
+    with Core(image, backend=DrivenBackend(lambda: connect(model), "machine")) as core:
+        with pytest.raises(AsipError, match="another host starts the runs"):
+            core.tick()
 
 
 def test_program__that_does_not_assemble_or_exist__says_where(tmp_path):

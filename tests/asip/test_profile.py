@@ -57,7 +57,8 @@ again:  ld   p, table
 
 def core_run(image: Image, inputs: dict[str, int]) -> Trace:
     """One traced run on the core; inputs that are not given are 0."""
-    core = RtlBackend(image, trace=True)
+    core = RtlBackend(trace=True)
+    core.load(image)
     core.clear()
     words = {entry.name: inputs.get(entry.name, 0) for entry in image.inputs}
     data = np.array([list(words.values())], dtype=np.uint32)

@@ -15,8 +15,8 @@ from sim.core.iss import Iss
 from sim.debug.client import Client
 from sim.debug.link import DirectLink
 from sim.debug.model import DebugRtl
-from sim.debug.state import Channel, ScopeSetup, State, place_address, word_of
-from sim.rtl.asip_bus import BLOCK, CLEAR, CSR, START, STATUS
+from sim.debug.state import Channel, ScopeSetup, State, word_of
+from sim.rtl.asip_bus import BLOCK, CLEAR, CSR, START, STATUS, place_address
 from tests.asip import core_bench
 from tests.asip.test_core_random import Writer
 

@@ -14,16 +14,8 @@ from sim.debug.gen.debug_regmap import REGMAP as DEBUG
 from sim.debug.link import LinkError
 from sim.debug.packets import Packet, Type
 from sim.debug.server import Server, serve
-from sim.debug.state import (
-    FIELDS,
-    REGISTER,
-    Channel,
-    ScopeSetup,
-    Trigger,
-    place_address,
-    word_of,
-)
-from sim.rtl.asip_bus import CSR, START
+from sim.debug.state import FIELDS, REGISTER, Channel, ScopeSetup, Trigger, word_of
+from sim.rtl.asip_bus import CSR, START, place_address
 from tests.asip import core_bench
 from tests.bench.seed import SEED
 from tests.debug.campaigns import loaded, model, recorded

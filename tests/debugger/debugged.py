@@ -5,11 +5,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from sim.core.backends import Backend, IssBackend
 from sim.debug.asip_dbg.commands import Commands
-from sim.debug.asip_dbg.iss_target import IssTarget
 from sim.debug.asip_dbg.program import DebuggedProgram
 from sim.debug.asip_dbg.session import Session
-from sim.debug.asip_dbg.target import Target
 
 LEG, LOOP, ENDLESS, STORES, LANES = (
     Path(__file__).with_name(f"{name}.s") for name in ("leg", "loop", "endless", "stores", "lanes")
@@ -23,8 +22,8 @@ VALUES = INPUTS | {"scale": 2.0, "x0": 1.0, "x1": 2.0}
 class Debugger:
     """A session with inputs that answers `tell(line)` with what the command wrote."""
 
-    def __init__(self, program: Path, target: Target | None = None) -> None:
-        self.session = Session(DebuggedProgram(program), target or IssTarget())
+    def __init__(self, program: Path, target: Backend | None = None) -> None:
+        self.session = Session(DebuggedProgram(program), target or IssBackend())
         self.lines: list[str] = []
         self.commands = Commands(self.session, self.lines.append)
         self.session.log = self.lines.append

@@ -16,7 +16,7 @@ from asip_asm.cli_as import main as asip_as
 from sim.debug.asip_dbg.__main__ import main
 from sim.debug.asip_dbg.command_table import CommandError, find_command
 from sim.debug.asip_dbg.completion import completions
-from sim.debug.asip_dbg.target import TargetGone
+from sim.rtl.asip_bus import LinkError
 from tests.debugger import debugged
 from tests.debugger.debugged import LEG, LOOP, STORES
 
@@ -281,10 +281,10 @@ def test_target_that_is_gone_can_be_found_again(leg):
     target = leg.session.target
 
     def gone(seconds: float) -> None:
-        raise TargetGone("no answer")
+        raise LinkError("no answer")
 
     target.poll = gone
-    with pytest.raises(TargetGone):
+    with pytest.raises(LinkError):
         leg.tell("run")
     del target.poll
     assert "program loaded" in leg.tell("reconnect")

@@ -17,13 +17,13 @@ from pathlib import Path
 
 import pytest
 
-from sim.debug.asip_dbg.block_target import BlockTarget
+from sim.core.backends import Backend
 from sim.debug.asip_dbg.command_table import CommandError
-from sim.debug.asip_dbg.driven_target import DrivenTarget
-from sim.debug.asip_dbg.target import Target, TargetError, TargetGone
+from sim.debug.backend import BlockBackend, DrivenBackend
 from sim.debug.client import Client, connect
 from sim.debug.model import DebugRtl
 from sim.debug.server import Server
+from sim.rtl.asip_bus import AsipError, LinkError
 from tests.bench.seed import SEED
 from tests.debugger import debugged
 from tests.debugger.debugged import ENDLESS, INPUTS, LEG, LOOP, STORES
@@ -56,15 +56,15 @@ def over_tcp(model: DebugRtl) -> Iterator[str]:
 
 
 @pytest.fixture(params=["process", "serial", "tcp"])
-def core(request, model) -> Iterator[BlockTarget]:
+def core(request, model) -> Iterator[BlockBackend]:
     with ExitStack() as stack:
         if request.param == "tcp":
             address = stack.enter_context(over_tcp(model))
-            target = BlockTarget(lambda: connect(address), "core")
+            target = BlockBackend(lambda: connect(address), "core")
         elif request.param == "serial":
-            target = BlockTarget(lambda: Client(model.serial_link(4)), "core")
+            target = BlockBackend(lambda: Client(model.serial_link(4)), "core")
         else:
-            target = BlockTarget(lambda: connect(model), "core")
+            target = BlockBackend(lambda: connect(model), "core")
         stack.callback(target.close)
         yield target
 
@@ -81,7 +81,7 @@ class Debugger(debugged.Debugger):
         return re.sub("(written to an output, ).*", r"\1", text)  # the core knows which output
 
 
-def both(path: Path, core: Target) -> tuple[Debugger, Debugger]:
+def both(path: Path, core: Backend) -> tuple[Debugger, Debugger]:
     return Debugger(path, core), Debugger(path)
 
 
@@ -200,7 +200,7 @@ def machine() -> Iterator[tuple[subprocess.Popen, str]]:
 
 def test_machine_whose_host_starts_the_ticks(tmp_path):
     with machine() as (_, address):
-        target = DrivenTarget(lambda: connect(address), "machine")
+        target = DrivenBackend(lambda: connect(address), "machine")
         debugger = Debugger(LEG, target)
         assert "bundle 0" in debugger.tell("start")
         debugger.tell("break (28)")
@@ -218,18 +218,18 @@ def test_machine_whose_host_starts_the_ticks(tmp_path):
         again.close()
         pair = tmp_path / "pair.s"
         pair.write_text(PAIR)
-        wrong = DrivenTarget(lambda: connect(address), "machine")
-        with pytest.raises(TargetError, match="the core has another program than 'pair'"):
+        wrong = DrivenBackend(lambda: connect(address), "machine")
+        with pytest.raises(AsipError, match="the core has another program than 'pair'"):
             Debugger(pair, wrong)
         wrong.close()
 
 
 def test_server_that_goes_away_is_told():
     with machine() as (server, address):
-        debugger = Debugger(LEG, DrivenTarget(lambda: connect(address), "machine"))
+        debugger = Debugger(LEG, DrivenBackend(lambda: connect(address), "machine"))
         debugger.tell("start")
         server.kill()
         server.wait(timeout=60)
         for command in ("stepi", "reconnect"):
-            with pytest.raises(TargetGone):
+            with pytest.raises(LinkError):
                 debugger.tell(command)

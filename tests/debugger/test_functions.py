@@ -10,8 +10,8 @@ from asip_asm.debug_map import Finder
 from asip_asm.link import link, link_maps
 from asip_asm.model.compiler import compile_law
 from asip_asm.model.program import build
+from sim.core.backends import IssBackend
 from sim.debug.asip_dbg.__main__ import main as asip_dbg
-from sim.debug.asip_dbg.iss_target import IssTarget
 from sim.debug.asip_dbg.program import DebuggedProgram, ProgramError
 from sim.laws.asip_model.__main__ import main
 from sim.laws.prove_program import draw_ticks
@@ -23,7 +23,7 @@ LAWS = {"fast": mixed, "slow": sample}
 
 def seen(image, debug_map, inputs) -> list[dict[tuple[str, int], int | str]]:
     """By position of a tick, the word of each value, or the words that say why there is none."""
-    target, finder = IssTarget(), Finder(debug_map)
+    target, finder = IssBackend(), Finder(debug_map)
     target.load(image)
     words = {name: int(value[0].view(np.uint32)) for name, value in inputs.items()}
     target.begin(words, hold=True)

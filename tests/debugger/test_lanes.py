@@ -6,7 +6,7 @@ from __future__ import annotations
 import pytest
 
 from sim.debug.asip_dbg.command_table import CommandError
-from sim.debug.asip_dbg.target import TargetError
+from sim.rtl.asip_bus import AsipError
 from tests.debugger import debugged
 from tests.debugger.debugged import LANES
 
@@ -63,7 +63,7 @@ def test_core__shows_the_first_lane_and_says_so(lanes, monkeypatch):
 
     def first(place: str) -> int:
         if "." in place:
-            raise TargetError(f"{place}: the core shows the first lane alone, --iss all")
+            raise AsipError(f"{place}: the core shows the first lane alone, --iss all")
         return read(place)
 
     monkeypatch.setattr(lanes.session.target, "read", first)

@@ -444,7 +444,9 @@ class Iss:
                     if step.compiles and step.met:
                         step.quick = self._compile(step)
                     step.met = True
-                    position = self.execute(step, position, written, writes)
+                    position = self.execute(
+                        step, position, written, writes if self._trace else None
+                    )
                 if self.misses_outputs(written):
                     raise RunFault(Fault.OUTPUT_MISSING)
                 place = None
@@ -521,9 +523,13 @@ class Iss:
         return following
 
     def execute(
-        self, step: _Step, position: int, written: set[int], writes: dict[str, list[int]]
+        self,
+        step: _Step,
+        position: int,
+        written: set[int],
+        writes: dict[str, list[int]] | None,
     ) -> int | None:
-        """Do a bundle; adds the outputs to `written`, with tracing the bits to `writes`. The next
+        """Do a bundle; adds the outputs to `written`, the bits of all writes to `writes`. The next
         position, None after the last bundle. Raises RunFault.
         """
         registers = self._registers
@@ -546,7 +552,7 @@ class Iss:
             for address, value in stores:
                 self._data[address] = value
             for value, index in outputs:
-                if self._trace:
+                if writes is not None:
                     writes.setdefault(f"o{index}", []).append(bits_of(value))
                 if bits_of(value) >> 23 & 0xFF == 0xFF:
                     raise RunFault(Fault.NOT_FINITE)
@@ -557,6 +563,6 @@ class Iss:
         self._lane_writes.clear()
         for code, value in zip(step.destinations, values, strict=True):
             registers[code] = value
-            if self._trace:
+            if writes is not None:
                 writes.setdefault(isa.register_name(code), []).append(bits_of(value))
         return None if step.halt else following

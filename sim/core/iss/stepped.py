@@ -12,7 +12,7 @@ class SteppedRun:
     """A run of a loaded program that is before bundle `position`; None when it is over.
 
     fault, fault_bundle: why and where it ended otherwise; bundles executed so far; writes: words
-    that the last bundle wrote, by register or output, of a model that traces.
+    that the last bundle wrote, by register or output.
     """
 
     def __init__(self, iss: Iss) -> None:

@@ -16,8 +16,8 @@ from sim.debug.asip_dbg.commands import Commands
 from sim.debug.asip_dbg.options import open_session, parse_arguments
 from sim.debug.asip_dbg.program import ProgramError
 from sim.debug.asip_dbg.session import Session, SessionError
-from sim.debug.asip_dbg.target import TargetError, TargetGone
 from sim.debug.asip_run.inputs import UserError
+from sim.rtl.asip_bus import AsipError, LinkError
 
 MISSED = 3
 """Exit status of a false `assert`, as of every comparison beyond its bound."""
@@ -26,7 +26,7 @@ MISSED = 3
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit status."""
     options = parse_arguments(arguments)
-    errors = (UserError, ImageError, DebugMapError, ProgramError, TargetError, SessionError)
+    errors = (UserError, ImageError, DebugMapError, ProgramError, AsipError, SessionError)
     return run_command("asip-dbg", lambda: _command(options), *errors)
 
 
@@ -76,7 +76,7 @@ def _one(commands: Commands, line: str) -> int:
     except AssertionMissed as error:
         print(f"asip-dbg: {error}", file=sys.stderr)
         return MISSED
-    except TargetGone as error:
+    except LinkError as error:
         print(f"asip-dbg: error: {error}; `reconnect` looks for it again", file=sys.stderr)
         return 1
     except CommandError as error:

@@ -27,16 +27,16 @@ from sim.debug.asip_dbg.expressions import ExpressionError, is_name
 from sim.debug.asip_dbg.locations import LocationError
 from sim.debug.asip_dbg.session import Session, SessionError, Stop
 from sim.debug.asip_dbg.show import Show
-from sim.debug.asip_dbg.target import TargetError, TargetGone
 from sim.debug.asip_dbg.values import Reading, ValueMissing, format_word, text_of
 from sim.debug.asip_run.inputs import UserError, read_inputs
+from sim.rtl.asip_bus import AsipError, LinkError
 
 SCRIPT_BYTES = 1 << 20
 SCRIPT_DEPTH = 16
 EXAMINED = 1024
 """Most words of one `x`."""
 _FORM = re.compile(r"/([0-9]{0,4})([fxdut]?)")
-REFUSALS = (SessionError, LocationError, ValueMissing, ExpressionError, UserError, TargetError)
+REFUSALS = (SessionError, LocationError, ValueMissing, ExpressionError, UserError, AsipError)
 """Errors of a session whose text is for the user."""
 
 
@@ -56,7 +56,7 @@ class Commands:
 
     def execute(self, line: str) -> None:
         """One line; empty repeats the last command if that makes sense. Raises CommandError, Quit,
-        TargetGone.
+        LinkError.
         """
         self._pending = []
         self._execute(line)
@@ -87,7 +87,7 @@ class Commands:
             if entry.usage == entry.names[0]:
                 nothing_in(rest, entry.usage)
             entry.function(self, rest)
-        except TargetGone:
+        except LinkError:
             raise
         except REFUSALS as error:
             raise CommandError(str(error)) from None

@@ -8,10 +8,11 @@ from pathlib import Path
 
 from asip_asm.command import command_parser
 from asip_asm.isa import default_isa
+from sim.core.backends import Backend, IssBackend
 from sim.debug.asip_dbg.program import DebuggedProgram
 from sim.debug.asip_dbg.session import Session, SessionError
-from sim.debug.asip_dbg.target import Target, TargetError
 from sim.debug.asip_run.inputs import assignments, read_inputs
+from sim.rtl.asip_bus import AsipError
 
 EPILOG = """examples:
   asip-dbg leg.s --set x=0.3 --set y=0.1
@@ -153,19 +154,16 @@ def take_port(parser: argparse.ArgumentParser, options: argparse.Namespace) -> N
     options.load, options.port = True, None
 
 
-def make_target(options: argparse.Namespace, configuration: str) -> Target:
-    """Target for programs of a configuration. Raises TargetError."""
-    # Each kind takes its own packages, and a session only one.
+def make_target(options: argparse.Namespace, configuration: str) -> Backend:
+    """Where programs of a configuration are debugged. Raises AsipError."""
     if options.iss:
-        from sim.debug.asip_dbg.iss_target import IssTarget
-
-        return IssTarget()
-    from sim.debug.asip_dbg.block_target import BlockTarget
-    from sim.debug.asip_dbg.driven_target import DrivenTarget
+        return IssBackend()
+    # A session on the model takes none of these.
+    from sim.debug.backend import BlockBackend, DrivenBackend
     from sim.debug.client import Client, connect
 
     if options.connect:
-        kind = BlockTarget if options.load else DrivenTarget
+        kind = BlockBackend if options.load else DrivenBackend
         return kind(lambda: connect(options.connect), f"core at {options.connect}")
     from sim.debug.model import DebugRtl
     from sim.rtl.build import BuildError
@@ -173,7 +171,9 @@ def make_target(options: argparse.Namespace, configuration: str) -> Target:
     try:
         model = DebugRtl(configuration)
     except BuildError as error:
-        raise TargetError(f"{error}\n--iss debugs without a built core") from None
+        raise AsipError(f"{error}\n--iss debugs without a built core") from None
     if options.uart:
-        return BlockTarget(lambda: Client(model.serial_link()), "Verilated core by its serial pins")
-    return BlockTarget(lambda: connect(model), "Verilated core")
+        return BlockBackend(
+            lambda: Client(model.serial_link()), "Verilated core by its serial pins"
+        )
+    return BlockBackend(lambda: connect(model), "Verilated core")

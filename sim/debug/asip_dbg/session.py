@@ -12,12 +12,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from asip_asm.debug_map import Value
+from sim.core.backends import IDLE, Backend, Kind, Status
 from sim.core.fault import fault_text
 from sim.debug.asip_dbg.expressions import Expression, evaluate
 from sim.debug.asip_dbg.locations import Location, find_location
 from sim.debug.asip_dbg.points import Breakpoint, Hits, Message
 from sim.debug.asip_dbg.program import DebuggedProgram
-from sim.debug.asip_dbg.target import Kind, Status, Target
 from sim.debug.asip_dbg.values import Reading, ValueMissing, Values, bits_of, format_word
 from sim.debug.asip_run.inputs import parse_word
 
@@ -45,7 +45,7 @@ class Session:
     """State of a session; `rows` are the inputs of the ticks by name, the last one stays."""
 
     program: DebuggedProgram
-    target: Target
+    target: Backend
     states: Mapping[str, int] = field(default_factory=dict)
     rows: Sequence[Mapping[str, int]] = ()
 
@@ -59,7 +59,7 @@ class Session:
         self._left = 0
         self._next_number = 1
         self._ran = False
-        self.status = Status(Kind.IDLE)
+        self.status = IDLE
         self.reset()
 
     # ------------------------------------------------------------------ where it is
@@ -84,7 +84,7 @@ class Session:
         places = {state.name: state.register for state in self.program.image.states}
         for name, word in self.states.items():
             self.target.write(places[name], word)
-        self.status = Status(Kind.IDLE)
+        self.status = IDLE
         self.tick, self._left, self._ran = 0, 0, False
         self._arm()
 
@@ -259,12 +259,12 @@ class Session:
         return self.values.read(name).number
 
     def evaluate(self, text: str) -> float | int | bool:
-        """Value of an expression. Raises ExpressionError, ValueMissing, TargetGone."""
+        """Value of an expression. Raises ExpressionError, ValueMissing, LinkError."""
         return evaluate(text, self._number)
 
     def set(self, name: str, text: str) -> Reading:
         """Give a name another value: bits as `bits_of` reads them, or an expression. Raises
-        ValueError, TargetGone.
+        ValueError, LinkError.
         """
         word = bits_of(text)
         if word is None and text[:2].lower() == "0f":
@@ -465,12 +465,12 @@ class Session:
         self.status = self.target.poll(1.0)
         if self.status.kind is Kind.FAULT:
             self.target.clear()
-            self.status = Status(Kind.IDLE)
+            self.status = IDLE
         self._left = 0
 
     def reconnect(self) -> None:
         """Find a target that is gone again, and give it program and breakpoints. Raises
-        TargetGone.
+        LinkError.
         """
         self.target.reconnect()
         self.reset()

@@ -9,12 +9,13 @@ from collections.abc import Callable, Iterable, Sequence
 from asip_asm.debug_map import Value
 from asip_asm.image import SourceEntry
 from asip_asm.isa import default_isa
+from sim.core.backends import Kind
 from sim.core.fault import fault_text
 from sim.debug.asip_dbg.locations import LocationError
 from sim.debug.asip_dbg.points import Breakpoint
 from sim.debug.asip_dbg.session import Session, Stop
-from sim.debug.asip_dbg.target import Kind, TargetGone
 from sim.debug.asip_dbg.values import ValueMissing, format_word
+from sim.rtl.asip_bus import LinkError
 
 LINES = 10
 """Source lines that `list` shows."""
@@ -60,8 +61,8 @@ class Show:
             self.write(f"     {_operation(entry)}")
 
     def _counters(self) -> str:
-        counters = self.session.target.counters()
-        return "".join(f", {count} {name.lower()}" for name, count in counters.items())
+        name, count = self.session.target.count()
+        return f", {count} {name.lower()}"
 
     def _bold(self, text: str) -> str:
         return f"\033[1m{text}\033[0m" if self.color else text
@@ -278,7 +279,7 @@ class Show:
         target = self.session.target
         try:
             target.poll(0.0)
-        except TargetGone as error:
+        except LinkError as error:
             self.write(str(error))
         self.write(
             f"{target.label}: {target.breakpoints} breakpoints, {target.watches} watches; program "

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from asip_asm.debug_map import Where
 from asip_asm.diagnostics import closest, shortened
 from asip_asm.isa import default_isa
-from sim.core.backends import number
+from sim.core.backends import Backend, number
 from sim.debug.asip_dbg.program import DebuggedProgram
-from sim.debug.asip_dbg.target import Target, TargetError, TargetGone
+from sim.rtl.asip_bus import AsipError, LinkError
 
 _PLACE = re.compile(r"\$?([abcko])([0-9]{1,3})")
 CONSTANT = "ks"
@@ -93,9 +93,9 @@ def _refusals() -> Iterator[None]:
     """What the target refuses has no value; that it is gone stays an error of its own."""
     try:
         yield
-    except TargetGone:
+    except LinkError:
         raise
-    except TargetError as error:
+    except AsipError as error:
         raise ValueMissing(str(error)) from None
 
 
@@ -106,7 +106,7 @@ class Values:
     """
 
     def __init__(
-        self, program: DebuggedProgram, target: Target, position: Callable[[], int]
+        self, program: DebuggedProgram, target: Backend, position: Callable[[], int]
     ) -> None:
         self.program = program
         self.target = target
@@ -136,7 +136,7 @@ class Values:
 
     # ------------------------------------------------------------------ read
     def read(self, name: str) -> Reading:
-        """The value of a name here. Raises ValueMissing, TargetGone."""
+        """The value of a name here. Raises ValueMissing, LinkError."""
         if name in self.inputs:
             return self._register(name, self._places[name])
         where = self.program.finder.find(name, self.position())
@@ -281,7 +281,7 @@ class Values:
         return Reading(name, value.type if value else "float", self.target_word(place), place, note)
 
     def target_word(self, place: str) -> int:
-        """Word of a place of the target. Raises ValueMissing, TargetGone."""
+        """Word of a place of the target. Raises ValueMissing, LinkError."""
         with _refusals():
             return self.target.read(place)
 
@@ -294,7 +294,7 @@ class Values:
     # ------------------------------------------------------------------ write
     def set(self, name: str, word: int | None, value: float = 0.0) -> Reading:
         """Give a name another value: `word` as bits, or a number by the type. Raises ValueMissing,
-        TargetGone.
+        LinkError.
         """
         if name in self.inputs:
             self._own_input(name)

@@ -10,9 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from asip_asm.image import Image
-from sim.core.backends import BACKENDS, Backend, Observed
+from sim.core.backends import Observed
 from sim.core.fault import NO_FAULT
 from sim.debug.asip_run.inputs import UserError
+from sim.debug.backend import open_backend
+from sim.rtl.asip_bus import AsipError
 
 
 @dataclass(frozen=True)
@@ -34,46 +36,27 @@ def limit_note(result: Run, own: int, cycles: int) -> str:
 
 
 @contextmanager
-def user_errors(*errors: type[Exception]) -> Iterator[None]:
-    """What a backend raises as an error of the user's."""
+def user_errors(place: str) -> Iterator[None]:
+    """What a core at a place of `open_backend` raises as an error of the user's."""
+    errors: tuple[type[Exception], ...] = (AsipError,)
+    if place == "rtl":  # the model and links need no Verilator
+        from sim.rtl.runtime import BuildError
+
+        errors += (BuildError,)
     try:
         yield
     except errors as error:
         raise UserError(str(error)) from None
 
 
-def make_backend(image: Image, place: str, trace: bool) -> tuple[Backend, tuple]:
-    """A backend with the program loaded, and what it raises.
-
-    place: 'rtl', 'iss' or the address of a serial port. Raises UserError.
-    """
-    # Each takes packages of its own, and a run only one.
-    if place == "rtl":
-        from sim.rtl.asip_rtl import AsipError
-        from sim.rtl.build import BuildError
-
-        errors: tuple[type[Exception], ...] = AsipError, BuildError
-    elif place == "iss":
-        errors = ()
-    else:
-        from sim.debug.backend import LinkBackend
-        from sim.debug.client import DebugError, connect
-        from sim.debug.link import LinkError
-        from sim.debug.packets import PacketError
-
-        errors = LinkError, DebugError, PacketError
-        with user_errors(*errors):
-            return LinkBackend(image, connect(place)), errors
-    with user_errors(*errors):
-        return BACKENDS[place](image, trace), errors
-
-
 class Runner:
-    """A loaded program at a place of `make_backend`. Raises UserError where none is."""
+    """A loaded program at a place of `open_backend`. Raises UserError where none is."""
 
     def __init__(self, image: Image, states: Mapping[str, int], place: str, trace: bool) -> None:
-        self._backend, self._errors = make_backend(image, place, trace)
-        with user_errors(*self._errors):
+        self._place = place
+        with user_errors(place):
+            self._backend = open_backend(place, trace)
+            self._backend.load(image)
             self._backend.preset(states)
         self._places = image.registers
         self._constants = {f"k{entry.index}": int(entry.bits, 16) for entry in image.constants}
@@ -86,7 +69,7 @@ class Runner:
         held = {name: known.get(self._places.get(name, name)) for name in names}
         read = [name for name, word in held.items() if word is None]
         data = np.array([list(inputs.values())], dtype=np.uint32)
-        with user_errors(*self._errors):
+        with user_errors(self._place):
             self._backend.clear()
             runs = self._backend.run(list(inputs), data, read)
             observed = self._backend.observed()
