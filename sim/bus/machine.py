@@ -31,7 +31,6 @@ from sim.core.controller import AsipController
 from sim.robot.kinematics import height2_of
 from sim.robot.parameters import Robot
 from sim.robot.plant import Plant
-from sim.rtl.asip_bus import BLOCK
 
 AXES = 5
 PROGRAM = ROOT / "asip_asm/programs/tracking_optimised.s"
@@ -138,7 +137,7 @@ class Machine:
             self.refused.append(str(error))
             return
         for index, word in changed.items():
-            self._law.core.write(BLOCK["constants"] + index, word)
+            self._law.core.write(f"k{index}", word)
 
     def set_points(
         self, outputs: NDArray[np.uint32], alone: NDArray[np.bool_]

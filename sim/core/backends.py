@@ -21,12 +21,12 @@ from asip_asm.image import Image
 from asip_asm.isa import default_isa
 from asip_asm.profile import Trace
 from sim.core.fault import NO_FAULT, Fault, fault_text
-from sim.rtl.asip_bus import BLOCK, CSR, STATUS, AsipError, place_address, run_words
+from sim.rtl.asip_bus import BLOCK, CSR, FAULT_NAMES, STATUS, AsipError, place_address, run_words
 
 if TYPE_CHECKING:
     from sim.core.iss import Iss
     from sim.core.iss.stepped import SteppedRun
-    from sim.rtl.asip_rtl import AsipRtl
+    from sim.rtl.asip_rtl import AsipRtl, TickPort
 
 FLAGS = STATUS["flags"]
 FLAG_NAMES = ("nv", "dz", "of", "uf", "nx")  # bit 4 .. 0
@@ -315,6 +315,10 @@ class RtlBackend(BusBackend):
         self.rtl.load(image)
         self._name(image)
 
+    def _name(self, image: Image) -> None:
+        super()._name(image)
+        self._ports: dict[tuple[tuple[str, ...], ...], TickPort] = {}
+
     def select(self, image: Image) -> None:
         self.rtl.select(image)
         self._name(image)
@@ -326,15 +330,27 @@ class RtlBackend(BusBackend):
         self.rtl.write(address, word)
 
     def run(self, inputs: Sequence[str], data: NDArray[np.uint32], read: Sequence[str]) -> Runs:
-        addresses = self.rtl.input_addresses(inputs)
-        result = self.rtl.run(addresses, data, [_address(self._place(name)) for name in read])
-        flags = ((result.status & FLAGS.mask) >> FLAGS.low).astype(np.uint8)
-        if not len(data) or result.fault == NO_FAULT:
-            return Runs(result.words, flags, result.cycles)
-        fault = self.fault(result.fault)
-        last = dict(zip(inputs, data[len(result.words) - 1].tolist(), strict=True))
-        text = fault_text(self.image, fault, last)
-        return Runs(result.words, flags, result.cycles, fault, text)
+        port = self._port(tuple(inputs), tuple(read), len(data))
+        port.data[:] = data
+        done = port.run()
+        status = port.status[:done]
+        words, cycles = port.words[:done].copy(), port.cycles[:done].copy()
+        flags = ((status & FLAGS.mask) >> FLAGS.low).astype(np.uint8)
+        if not done or not STATUS["fault"].of(int(status[-1])):
+            return Runs(words, flags, cycles)
+        fault = self.fault(FAULT_NAMES[STATUS["cause"].of(int(status[-1]))])
+        last = dict(zip(inputs, data[done - 1].tolist(), strict=True))
+        return Runs(words, flags, cycles, fault, fault_text(self.image, fault, last))
+
+    def _port(self, inputs: tuple[str, ...], read: tuple[str, ...], ticks: int) -> TickPort:
+        """Ports of single ticks are used again: a loop has the same names in each tick."""
+        port = self._ports.get((inputs, read))
+        if port is None or ticks != 1:
+            reads = [_address(self._place(name)) for name in read]
+            port = self.rtl.port(self.rtl.input_addresses(inputs), reads, ticks)
+            if ticks == 1:
+                self._ports[inputs, read] = port
+        return port
 
     def clear(self) -> None:
         self.rtl.trace(self._trace)
@@ -353,6 +369,7 @@ class RtlBackend(BusBackend):
         """The model is always there."""
 
     def close(self) -> None:
+        self._ports.clear()
         self.rtl.close()
 
 
@@ -499,7 +516,8 @@ def number(word: int, type_name: str) -> float | int:
     data = word.to_bytes(4, "big")
     if type_name == "int":
         return int.from_bytes(data, "big", signed=True)
-    return struct.unpack(">f", data)[0]
+    (value,) = struct.unpack(">f", data)
+    return float(value)
 
 
 def readable_places(image: Image) -> dict[str, str]:

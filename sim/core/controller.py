@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A tracking program on the Verilated ASIP as a controller: one call per control tick or per batch.
+"""A tracking program on a core as a controller: one call per control tick or per batch.
 
 The program's interface is asip_asm/programs/tracking.interface.toml: 15 set-points and five
 encoder counts in, five forces and torques out, the desired joint motion exported. Words are
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from asip_asm.image import Image
 from sim.core.api import Core, CoreError, CoreFault
-from sim.core.backends import RtlBackend
+from sim.core.backends import Backend
 from sim.core.fault import fault_text
 from sim.robot.parameters import Robot
 from sim.robot.records import (
@@ -30,8 +30,7 @@ from sim.robot.records import (
     Floats,
 )
 from sim.robot.tracking import Tracking
-from sim.rtl.asip_bus import FAULT_NAMES, STATUS, register_address
-from sim.rtl.asip_rtl import AsipError
+from sim.rtl.asip_bus import AsipError
 
 # Rows of table 3 that the programs export, with the name there, and those that are set-points of
 # the table, (18)-(20).
@@ -55,34 +54,30 @@ class ControllerFault(RuntimeError):
 class AsipController:
     """One core with one tracking program. Ticks are counted from 0 for messages.
 
-    watched: states and exports that are read after every tick too, for `seen`.
+    watched: states and exports that are read after every tick too, for `seen`. backend: as of
+    `Core`. core: that backend.
     """
 
     def __init__(
-        self, image: Image, intermediates: bool = True, watched: Sequence[str] = ()
+        self,
+        image: Image,
+        intermediates: bool = True,
+        watched: Sequence[str] = (),
+        backend: str | Backend = "rtl",
     ) -> None:
         self.image = image
-        self._program = Core(image)
+        self._program = Core(image, backend=backend)
+        self.core = self._program.backend
         self._exports = tuple(EXPORTED.values()) if intermediates else ()
-        backend = self._program.backend
-        assert isinstance(backend, RtlBackend)
-        self._backend, self.core = backend, backend.rtl
-        reads = self.core.output_addresses(OUTPUTS) + self.core.export_addresses(self._exports)
-        self._read = len(reads)
-        reads += [register_address(image.registers[name]) for name in watched]
+        self._read = len(OUTPUTS) + len(self._exports)
+        self._reads = (*OUTPUTS, *self._exports, *watched)
         has = {entry.name for entry in image.inputs}
-        self._measured = (*COUNTS, *(name for name in STAMPS if name in has))
-        self._port = self.core.port(
-            self.core.input_addresses([*SET_POINTS, *self._measured]), reads
-        )
-        self._words = self._port.data[0, : len(SET_POINTS)].view(np.float32)
-        self._counts = self._port.data[0, len(SET_POINTS) :].view(np.int32)
-        self._results = self._port.words.view(np.float32)
-
-    @property
-    def inputs(self) -> tuple[str, ...]:
+        measured = (*COUNTS, *(name for name in STAMPS if name in has))
+        self.inputs = (*SET_POINTS, *measured)
         """Words that a tick takes, in their order."""
-        return (*SET_POINTS, *self._measured)
+        self._data = np.zeros((1, len(self.inputs)), np.uint32)
+        self._words = self._data[0, : len(SET_POINTS)].view(np.float32)
+        self._counts = self._data[0, len(SET_POINTS) :].view(np.int32)
 
     @property
     def tick(self) -> int:
@@ -110,44 +105,48 @@ class AsipController:
         self._words[:] = words
         self._counts[:] = counts
         try:
-            self._port.run()
+            runs = self._runs = self.core.run(self.inputs, self._data, self._reads)
         except AsipError as error:
             raise ControllerFault(f"tick {self.tick}: {error}") from error
-        status = int(self._port.status[0])
-        if STATUS["fault"].of(status):
-            name = FAULT_NAMES[STATUS["cause"].of(status)]
-            raise ControllerFault(f"tick {self.tick}: the core stopped with fault {name}")
+        if runs.fault is not None:
+            cause = runs.fault.cause
+            raise ControllerFault(f"tick {self.tick}: the core stopped with fault {cause}")
         self._program.ticks += 1
-        values = self._results[:, : self._read].copy()
+        values = runs.words.view(np.float32)[:, : self._read]
         outputs, exported = values[:, : len(OUTPUTS)], values[:, len(OUTPUTS) :]
-        return LawTicks(outputs, exported, self._port.cycles.copy())
+        return LawTicks(outputs, exported, _cycles(runs.cycles, 1))
 
     @property
     def seen(self) -> NDArray[np.float32]:
         """After a tick, faulted or not: outputs, exported rows, what is watched."""
-        return self._results[0]
+        return self._runs.words.view(np.float32)[0]
 
     @property
     def cycles(self) -> int:
-        """Clock cycles of the last tick."""
-        return int(self._port.cycles[0])
+        """Clock cycles of the last tick, 0 without a clock."""
+        return int(_cycles(self._runs.cycles, 1)[0])
 
     def fault_text(self) -> str:
         """Cause, place and source lines of the fault that the core is in."""
-        cause = FAULT_NAMES[STATUS["cause"].of(int(self._port.status[0]))]
-        return fault_text(self.image, self._backend.fault(cause))
+        assert self._runs.fault is not None
+        return fault_text(self.image, self._runs.fault)
 
     def batch(self, words: NDArray[np.floating], counts: NDArray[np.integer]) -> LawTicks:
         """Consecutive ticks, words (N, 15) and counts (N, 5). Raises ControllerFault."""
-        inputs = dict(zip((*SET_POINTS, *self._measured), (*words.T, *counts.T), strict=True))
+        inputs = dict(zip(self.inputs, (*words.T, *counts.T), strict=True))
         try:
             ticks = self._program.batch(inputs, self._exports)
         except (AsipError, CoreError, CoreFault) as error:
             raise ControllerFault(str(error)) from error
         outputs = np.stack([ticks[name] for name in OUTPUTS], axis=1)
         exported = [ticks[name] for name in self._exports]
-        assert ticks.cycles is not None  # the RTL counts
-        return LawTicks(outputs, np.array(exported, dtype=np.float32).T, ticks.cycles)
+        cycles = _cycles(ticks.cycles, len(outputs))
+        return LawTicks(outputs, np.array(exported, dtype=np.float32).T, cycles)
+
+
+def _cycles(counted: NDArray[np.uint32] | None, ticks: int) -> NDArray[np.uint32]:
+    """Clock cycles of ticks, 0 on a backend without a clock."""
+    return np.zeros(ticks, np.uint32) if counted is None else counted
 
 
 class LawController:

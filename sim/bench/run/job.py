@@ -26,6 +26,7 @@ from sim.bench.run.progress import TickProgress, duration
 from sim.bench.run.results import Comparison, ProgramRun, compare, results, worst_of_bound
 from sim.bench.run.workers import Workers
 from sim.core import closed_loop
+from sim.core.backends import RtlBackend
 from sim.core.controller import AsipController, LawController
 from sim.debug.scope.process import ScopeProcess
 from sim.debug.scope.tap import Place, TapSource
@@ -126,9 +127,11 @@ def _run_program(
     plant = StampedPlant(robot, *begin) if "stamp1" in controller.inputs else None
     recording = closed_loop.run(robot, path, controller, progress, tap, plant)
     touched = tap.end() if tap else ()
-    issued = controller.core.issued(len(image.bundles))
+    assert isinstance(controller.core, RtlBackend)
+    rtl = controller.core.rtl
+    issued = rtl.issued(len(image.bundles))
     runs = len(path) + 1  # priming runs the program once
-    return ProgramRun(image, recording, issued, runs, controller.core.cycles, touched)
+    return ProgramRun(image, recording, issued, runs, rtl.cycles, touched)
 
 
 def _run_law(robot: Robot, path: SetPoints, progress: Any) -> NDArray[np.int32]:

@@ -34,7 +34,6 @@ from sim.motion.geometry.workspace import pivot_of
 from sim.report.curves import envelope
 from sim.robot.parameters import ParameterError, Robot
 from sim.robot.records import COUNTS, OUTPUTS, SET_POINTS, TRACKING, SetPoints
-from sim.rtl.asip_bus import BLOCK
 
 # Parameters of the robot's file that its controller knows, and that words of bank K follow.
 TUNABLE = (
@@ -223,7 +222,7 @@ class LoopTap:
 
     def _write(self, words: Mapping[int, int]) -> None:
         for index, word in words.items():
-            self._core.write(BLOCK["constants"] + index, word)
+            self._core.write(f"k{index}", word)
 
     def words(self, words: NDArray[np.floating]) -> NDArray[np.floating]:
         """Set-points (15,) with what the scope adds."""
