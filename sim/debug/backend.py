@@ -24,6 +24,7 @@ from sim.core.backends import (
 )
 from sim.core.fault import NO_FAULT, Fault
 from sim.debug.client import Client, DebugError, connect
+from sim.debug.link import Bus
 from sim.debug.state import State
 from sim.rtl.asip_bus import CSR, FAULT_NAMES, STATUS, AsipError
 
@@ -36,9 +37,15 @@ def open_backend(place: str, trace: bool = False) -> Backend:
 
     Raises LinkError if nothing answers there.
     """
-    if place in BACKENDS:
-        return BACKENDS[place](trace)
-    return BlockBackend(lambda: connect(place), f"core at {place}")
+    return BACKENDS[place](trace) if place in BACKENDS else open_block(place)
+
+
+def open_block(target: Bus | str, driven: bool = False) -> BlockBackend:
+    """A core with a debug block: a model in this process, or at the address of a link. driven: its
+    ticks are another host's. Raises LinkError if nothing answers."""
+    label = f"core at {target}" if isinstance(target, str) else "Verilated core"
+    kind = DrivenBackend if driven else BlockBackend
+    return kind(lambda: connect(target), label)
 
 
 class BlockBackend(BusBackend):
@@ -71,6 +78,11 @@ class BlockBackend(BusBackend):
         if self.client.state().held:
             self.client.resume()
         self.client.load(image)
+        self._name(image)
+
+    def attach(self, image: Image) -> None:
+        """Go on with the program that the core has. Raises DebugError if it is another one."""
+        self.client.check_program(image)
         self._name(image)
 
     def _free_points(self) -> None:
@@ -203,8 +215,7 @@ class DrivenBackend(BlockBackend):
     def load(self, image: Image) -> None:
         """Raises DebugError if the core has another program."""
         self._taken = True
-        self.client.check_program(image)
-        self._name(image)
+        self.attach(image)
         self._inside = False
         self._free_points()
         self.client.set_mode(stop_at_start=True)

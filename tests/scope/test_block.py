@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from asip_asm.assemble import assemble
-from sim.debug.client import Client, DebugError, connect
+from sim.debug.backend import BlockBackend, open_block
+from sim.debug.client import Client, DebugError
 from sim.debug.link import LinkError
 from sim.debug.model import DebugRtl
 from sim.debug.packets import PacketError
@@ -84,7 +85,7 @@ def machine(tmp_path):
 
 
 def source_of(machine: Machine, **more) -> BlockSource:
-    return BlockSource(lambda: connect(machine), machine.image, NAMES, 1e-3, **more)
+    return BlockSource(lambda: open_block(machine), machine.image, NAMES, 1e-3, **more)
 
 
 def until(source: BlockSource, enough, session: Session | None = None) -> list[Event]:
@@ -146,12 +147,14 @@ def test_block__live_parameters__change_together_between_two_runs(machine):
 def test_block__fault__the_black_box_is_the_ring_of_the_block(machine, way, monkeypatch):
     serial = way == "serial line"
 
-    def link() -> Client:
-        return Client(machine.model.serial_link()) if serial else connect(machine)
+    def core() -> BlockBackend:
+        if serial:
+            return BlockBackend(lambda: Client(machine.model.serial_link()), "serial pins")
+        return open_block(machine)
 
-    source = BlockSource(link, machine.image, NAMES, 1e-3)
+    source = BlockSource(core, machine.image, NAMES, 1e-3)
     if "loses" in way:
-        monkeypatch.setattr(source._client, "drain", lambda: Records(0, []))
+        monkeypatch.setattr(source._core.client, "drain", lambda: Records(0, []))
     session = Session(source.description)
     last = 120 if serial else 700
     machine.run(np.append(np.linspace(0.0, 1.0, last), np.nan))
@@ -173,7 +176,7 @@ def test_block__after_a_fault__it_records_again(machine):
     machine.model.clear()
     machine.model.preset({"sum": 0})
     while source._faulted:
-        source._look(source._client)
+        source._look(source._core.client)
     machine.run(np.ones(5))
     (block,) = until(source, end_at(7))
     assert (block.first, block.values[:, 0].tolist()) == (2, [2.5, 5.0, 7.5, 10.0, 12.5])
@@ -183,7 +186,7 @@ def test_block__after_a_fault__it_records_again(machine):
 def test_block__its_own_trigger__the_ring_around_it_is_whole(machine, loses, monkeypatch):
     source = source_of(machine, trigger="y rising 1000", before=0.25)
     if loses:
-        monkeypatch.setattr(source._client, "drain", lambda: Records(0, []))
+        monkeypatch.setattr(source._core.client, "drain", lambda: Records(0, []))
     session = Session(source.description)
     machine.run(np.full(900, 2.0))  # y = 5, 10, ..: 1000 in run 199
     (*_, note) = until(source, lambda event: isinstance(event, Note), session)
@@ -195,7 +198,7 @@ def test_block__its_own_trigger__the_ring_around_it_is_whole(machine, loses, mon
     # It waits for the next one.
     machine.model.preset({"sum": 0})
     for _ in range(3):
-        source._look(source._client)
+        source._look(source._core.client)
     machine.run(np.full(700, 2.0))
     (*_, note) = until(source, lambda event: isinstance(event, Note))
     assert note.text == f"trigger 'y rising 1000': tick {end + 199}"
@@ -230,7 +233,7 @@ def test_block__what_cannot_be__is_refused(machine):
         ([f"c{n}" for n in range(9)], "9 channels; the block records 1 to 8"),
     ):
         with pytest.raises(SourceError, match=said):
-            BlockSource(lambda: connect(machine), machine.image, names, 1e-3)
+            BlockSource(lambda: open_block(machine), machine.image, names, 1e-3)
     assert first_channels(machine.image) == ["y", "sum", "x", "n", "cycles"]
 
 
@@ -238,13 +241,13 @@ def test_block__link_that_breaks__is_told_and_made_again(machine, monkeypatch):
     monkeypatch.setattr("sim.debug.scope.block_source.RETRY_S", 0.0)
     broken = {"left": 2}
 
-    def link() -> Client:
+    def core() -> BlockBackend:
         if 0 < broken["left"] < 2:
             broken["left"] -= 1
             raise LinkError("nothing answers at /dev/ttyUSB0")
-        return connect(machine)
+        return open_block(machine)
 
-    source = BlockSource(link, machine.image, NAMES, 1e-3)
+    source = BlockSource(core, machine.image, NAMES, 1e-3)
     machine.run(np.ones(5))
     until(source, end_at(5))
 
@@ -252,7 +255,7 @@ def test_block__link_that_breaks__is_told_and_made_again(machine, monkeypatch):
         broken["left"] = 1
         raise LinkError("no answer from /dev/ttyUSB0")
 
-    monkeypatch.setattr(source._client, "state", silent)
+    monkeypatch.setattr(source._core.client, "state", silent)
     events = until(source, lambda event: event == Note(""))
     assert events == [Note("no answer from /dev/ttyUSB0; trying again"), Note("")]
     machine.run(np.ones(5))
@@ -277,14 +280,14 @@ def test_block__core_with_another_program__is_refused(machine, tmp_path, monkeyp
     other = assemble(tmp_path / "other.s")
     said = "another program than 'two outputs': its entry is 0 and its outputs 0x1, the image's 0 "
     with pytest.raises(DebugError, match=said):
-        BlockSource(lambda: connect(machine), other, ["y"], 1e-3)
+        BlockSource(lambda: open_block(machine), other, ["y"], 1e-3)
     small = assemble(tmp_path / "other.s", configuration="small")
     with pytest.raises(DebugError, match="the program is for 'small'"):
-        BlockSource(lambda: connect(machine), small, ["y"], 1e-3)
+        BlockSource(lambda: open_block(machine), small, ["y"], 1e-3)
     # Somebody loads another program while the link is gone: reported until the right one is back.
     source = source_of(machine)
     machine.model.load(other)
-    monkeypatch.setattr(source._client, "state", Mock(side_effect=PacketError("garbage")))
+    monkeypatch.setattr(source._core.client, "state", Mock(side_effect=PacketError("garbage")))
     assert source.wait() == Note("garbage; trying again")
     assert "another program than 'integrator'" in source.wait().text
     machine.model.load(machine.image)

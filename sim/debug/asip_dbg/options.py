@@ -159,12 +159,11 @@ def make_target(options: argparse.Namespace, configuration: str) -> Backend:
     if options.iss:
         return IssBackend()
     # A session on the model takes none of these.
-    from sim.debug.backend import BlockBackend, DrivenBackend
-    from sim.debug.client import Client, connect
+    from sim.debug.backend import BlockBackend, open_block
+    from sim.debug.client import Client
 
     if options.connect:
-        kind = BlockBackend if options.load else DrivenBackend
-        return kind(lambda: connect(options.connect), f"core at {options.connect}")
+        return open_block(options.connect, driven=not options.load)
     from sim.debug.model import DebugRtl
     from sim.rtl.build import BuildError
 
@@ -176,4 +175,4 @@ def make_target(options: argparse.Namespace, configuration: str) -> Backend:
         return BlockBackend(
             lambda: Client(model.serial_link()), "Verilated core by its serial pins"
         )
-    return BlockBackend(lambda: connect(model), "Verilated core")
+    return open_block(model)

@@ -13,11 +13,11 @@ from pathlib import Path
 from asip_asm.command import command, command_parser
 from asip_asm.image import Image
 from sim.debug import guard
-from sim.debug.client import DebugError, connect
-from sim.debug.link import LinkError
+from sim.debug.backend import open_block
 from sim.debug.scope import server
 from sim.debug.scope.block_source import MOST_CHANNELS, BlockSource, first_channels
 from sim.motion.command import interruptible, output
+from sim.rtl.asip_bus import AsipError
 
 EPILOG = """examples:
   asip-scope axis.asip.json serial:/dev/ttyUSB0?baud=3000000
@@ -88,7 +88,7 @@ def _scope(arguments: argparse.Namespace) -> int:
         image = Image.load(arguments.image)
         names = arguments.channels.split(",") if arguments.channels else first_channels(image)
         source = BlockSource(
-            lambda: connect(arguments.target),
+            lambda: open_block(arguments.target),
             image,
             names,
             arguments.period,
@@ -97,7 +97,7 @@ def _scope(arguments: argparse.Namespace) -> int:
             arguments.before,
         )
         listening = server.bind(arguments.port)
-    except (LinkError, DebugError, ValueError, OverflowError) as error:
+    except (AsipError, ValueError, OverflowError) as error:
         text = str(error)
         errors.print(text if "error: " in text else f"error: {text}")
         return 1

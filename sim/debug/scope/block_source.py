@@ -24,13 +24,13 @@ from asip_asm.image import Image
 from sim.core.backends import number
 from sim.core.fault import Fault as CoreFault
 from sim.core.fault import fault_text
+from sim.debug.backend import BlockBackend
 from sim.debug.client import Client, DebugError
-from sim.debug.link import LinkError
-from sim.debug.packets import PacketError
 from sim.debug.scope import source
 from sim.debug.scope.source import CYCLES, Block, Commit, Event, Gain, Note, SourceError, checked
 from sim.debug.state import REGISTER, ScopeSetup, Trigger
 from sim.debug.state import Channel as Recorded
+from sim.rtl.asip_bus import AsipError
 
 MOST_CHANNELS = 8
 QUIET_LOOKS = 3  # without a record until a fault is reported: all records before it have come then
@@ -91,7 +91,7 @@ def block_trigger(text: str, channels: Sequence[Recorded]) -> Trigger:
 
 
 class BlockSource:
-    """connect: makes the link, raises LinkError; period: of a run [s]; every: runs per record.
+    """connect: opens the core, raises LinkError; period: of a run [s]; every: runs per record.
 
     trigger: as of `block_trigger`; when it fires the block fills its ring, `before` of it with what
     came before, and freezes it. So that window is whole whatever the line loses. Then it waits for
@@ -100,7 +100,7 @@ class BlockSource:
 
     def __init__(
         self,
-        connect: Callable[[], Client],
+        connect: Callable[[], BlockBackend],
         image: Image,
         names: Sequence[str],
         period: float,
@@ -136,7 +136,7 @@ class BlockSource:
         self._committing: tuple[Commit, int] | None = None
         self._offset = self._next = self._gap = self._quiet = 0
         self._faulted = self._closed = False
-        self._client: Client | None = None
+        self._core: BlockBackend | None = None
         self._begin()
 
     def close(self) -> None:
@@ -162,36 +162,36 @@ class BlockSource:
         """The next event. The link belongs to the thread that calls this."""
         while not self._events:
             if self._closed:
-                if self._client is not None:
-                    self._client.close()
+                if self._core is not None:
+                    self._core.close()
                 return source.End("the scope has ended")
             try:
-                if self._client is None:
+                if self._core is None:
                     time.sleep(RETRY_S)
                     self._begin()
                     self._events.append(Note(""))
                 else:
-                    self._look(self._client)
-            except (LinkError, PacketError, DebugError, OSError) as error:
-                if self._client is not None or isinstance(error, DebugError):
+                    self._look(self._core.client)
+            except (AsipError, OSError) as error:
+                if self._core is not None or isinstance(error, DebugError):
                     self._events.append(Note(f"{error}; trying again"))
-                if self._client is not None:
-                    self._client.close()
-                    self._client = None
+                if self._core is not None:
+                    self._core.close()
+                    self._core = None
         return self._events.popleft()
 
     def _begin(self) -> None:
         """Link, set-up, and records from now on."""
-        client = self._connect()
+        core = self._connect()
         try:
-            client.check_program(self._image)
-            client.configure(self._setup)
+            core.attach(self._image)
+            core.client.configure(self._setup)
         except BaseException:
-            client.close()
+            core.close()
             raise
-        self._stage_words = client.sizes.stage_words
-        self._arm(client)
-        self._client = client
+        self._stage_words = core.client.sizes.stage_words
+        self._arm(core.client)
+        self._core = core
 
     def _arm(self, client: Client) -> None:
         """Records have numbers from 0 again."""

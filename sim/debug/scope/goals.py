@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from asip_asm.assemble import assemble
 from asip_asm.files import write_text
-from sim.debug.client import connect
+from sim.debug.backend import open_block
 from sim.debug.model import DebugRtl
 from sim.debug.scope.block_source import BlockSource
 from sim.debug.scope.source import Applied, Block, Commit
@@ -44,7 +44,7 @@ def rows(full: bool) -> Iterator[Goal]:
         image = assemble(file)
     model = DebugRtl(image.configuration)
     model.load(image)
-    source = BlockSource(lambda: connect(model), image, ["y", "z", "x", "cycles"], 1e-4)
+    source = BlockSource(lambda: open_block(model), image, ["y", "z", "x", "cycles"], 1e-4)
     rng = np.random.default_rng(1)
     shown: list[list[float]] = []
     given: list[NDArray[np.float32]] = []
