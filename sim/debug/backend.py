@@ -60,15 +60,12 @@ class BlockBackend(BusBackend):
         self._runs = 0
         self._armed: tuple[Sequence[int], Sequence[str]] | None = None
         self._taken = False  # it is to be left without breakpoints
-        self.client = connect()
+        self._open()
 
-    @property
-    def breakpoints(self) -> int:  # type: ignore[override]  # of the block that was built
-        return self.client.sizes.breakpoints
-
-    @property
-    def watches(self) -> int:  # type: ignore[override]  # of the block that was built
-        return self.client.sizes.watches
+    def _open(self) -> None:
+        self.client = self._connect()
+        sizes = self.client.sizes  # of the block that was built
+        self.breakpoints, self.watches = sizes.breakpoints, sizes.watches
 
     def load(self, image: Image) -> None:
         self._taken = True
@@ -189,7 +186,7 @@ class BlockBackend(BusBackend):
     # ------------------------------------------------------------------ life
     def reconnect(self) -> None:
         self.client.close()
-        self.client = self._connect()
+        self._open()
 
     def close(self) -> None:
         """A core that `load` has taken is left without breakpoints, and goes on."""
