@@ -167,6 +167,9 @@ def situation(seed: int) -> Stop:
             break
     else:
         _begin(drives, kind, period)
+        reacts = drives.state() == "FAULT REACTION ACTIVE"
+        if reacts and kind not in ("fault", "frames end"):  # the same pass found it
+            kind = "following error"
     # The pass that found the fault gave the first set-point of the stop; the law has it from the
     # tick after it on, which is now.
     before = max(abs(mass.speed), abs(drives.sampled))
