@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Planted faults: the one form of their tables, and copies of the RTL that hold them.
+"""Planted faults: the one form of their tables, and copies of the sources that hold them.
 
 A table is a TOML file. Each [[fault]] gives
 
     id       number, from 1
-    file     source below rtl/
+    file     source below rtl/, or one of C or Python: `nios_sw/...`, `sim/...`
     breaks   what is wrong then, in words
     found    who must find it: tests, operations or proofs, as the table's own test names them
-    right    text that is in the file, or in `place`, exactly once
+    right    text that is in the file, or in `place`, exactly once, and cuts no word or number
     wrong    text in its place
     place    (optional) text that is in the file exactly once and holds `right`
     alone    (optional) true: the fault must not share a simulation
@@ -19,6 +19,7 @@ macro FAULT_<id> selects one, `BY_NUMBER` for all, of which the variable `chosen
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -29,12 +30,19 @@ from typing import TypeVar
 from sim.rtl.build import ROOT
 
 RTL = ROOT / "rtl"
+OTHERS = ("nios_sw/", "sim/")  # what `file` begins with if it is not below RTL
+WORD = re.compile(r"(?<=\w)(?=\w)")  # a place inside a word or a number
 FIELDS = {"id": int, "file": str, "breaks": str, "found": list, "right": str, "wrong": str}
 OPTIONAL = {"place": str, "alone": bool}
 
 
 class TableError(ValueError):
-    """The table is wrong or no longer fits the RTL; the text starts with `file:line: error:`."""
+    """The table is wrong or no longer fits the source; the text starts with `file:line: error:`."""
+
+
+def folder_of(file: str) -> Path:
+    """The folder from which a table names this file, or this folder of files."""
+    return ROOT if f"{file}/".startswith(OTHERS) else RTL
 
 
 @dataclass(frozen=True)
@@ -57,6 +65,11 @@ class Fault:
         return f"FAULT_{self.number:02d}"
 
     @property
+    def path(self) -> Path:
+        """The source."""
+        return folder_of(self.file) / self.file
+
+    @property
     def name(self) -> str:
         """Name of the file without folders."""
         return Path(self.file).name
@@ -69,7 +82,7 @@ class Fault:
         return TableError(f"{self.where}: error: fault {self.number}: {text}")
 
     def start(self, text: str) -> int:
-        """Where `right` begins in the text of the file. Raises TableError unless once."""
+        """Where `right` begins in the text of the file. Raises TableError unless whole and once."""
         place = self.place or self.right
         for what, part, whole, inside in (
             ("`place`" if self.place else "`right`", place, text, self.name),
@@ -80,7 +93,17 @@ class Fault:
                     f"{what} stands {whole.count(part)} times in {inside}, not once; adapt the "
                     "entry to the present text of the unit"
                 )
-        return text.index(place) + place.index(self.right)
+        start = text.index(place) + place.index(self.right)
+        for end in (start, start + len(self.right)):
+            if WORD.match(text, end):
+                raise self.error(f"`right` cuts `{word_at(text, end)}`; take it whole, or leave it")
+        return start
+
+
+def word_at(text: str, at: int) -> str:
+    """The word or number around a place of the text."""
+    before, after = re.search(r"\w*\Z", text[:at]), re.match(r"\w*", text[at:])
+    return f"{before[0]}{after[0]}" if before and after else ""
 
 
 Entry = TypeVar("Entry", bound=Fault)
@@ -119,11 +142,11 @@ def _checked(where: str, entry: dict, kind: type[Entry]) -> Entry:
         raise wrong("needs an id from 1 and somebody in `found`")
     if entry["right"].strip() == entry["wrong"].strip():
         raise wrong("`wrong` is the same as `right`")
-    if not (RTL / entry["file"]).is_file():
-        raise wrong(f"no file {entry['file']} in {RTL}")
+    if not (folder_of(entry["file"]) / entry["file"]).is_file():
+        raise wrong(f"no file {entry['file']} in {folder_of(entry['file'])}")
     rest = {name: value for name, value in entry.items() if name != "id"}
     fault = kind(entry["id"], **(rest | {"found": tuple(entry["found"]), "where": where}))
-    fault.start((RTL / fault.file).read_text())
+    fault.start(fault.path.read_text())
     return fault
 
 
@@ -171,9 +194,11 @@ def write_if_changed(path: Path, text: str) -> None:
 
 
 def copy(folder: Path, faults: Sequence[Fault], render: Render = REPLACED, part: str = "") -> Path:
-    """The files of rtl/<part> with these faults, in `folder`; returns it. Raises TableError."""
-    for path in sorted((RTL / part).rglob("*.*")):
-        mine = [fault for fault in faults if RTL / fault.file == path]
+    """The files of `part` (named as `file` of a table) with these faults, in `folder`, which it
+    returns. Raises TableError."""
+    original = folder_of(part) / part
+    for path in sorted(p for p in original.rglob("*.*") if "__pycache__" not in p.parts):
+        mine = [fault for fault in faults if fault.path == path]
         text = plant(path.read_text(), mine, render)
-        write_if_changed(folder / path.relative_to(RTL / part), text)
+        write_if_changed(folder / path.relative_to(original), text)
     return folder

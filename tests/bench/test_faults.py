@@ -7,7 +7,17 @@ from pathlib import Path
 
 import pytest
 
-from tests.bench.faults import BY_MACRO, BY_NUMBER, REPLACED, Fault, TableError, load, plant
+from tests.bench.faults import (
+    BY_MACRO,
+    BY_NUMBER,
+    REPLACED,
+    Fault,
+    TableError,
+    copy,
+    folder_of,
+    load,
+    plant,
+)
 
 GOOD = {
     "id": "1",
@@ -40,6 +50,9 @@ def table(folder: Path, *entries: dict[str, str]) -> Path:
         ({"right": '"no such"'}, "`right` stands 0 times in fp_round.sv, not once; adapt"),
         ({"place": '"no such"'}, "`place` stands 0 times in fp_round.sv, not once"),
         ({"place": '"endmodule"'}, "`right` stands 0 times in `place`, not once"),
+        ({"right": '"odule fp_round"'}, "`right` cuts `module`; take it whole"),
+        ({"right": '"module fp_rou"'}, "`right` cuts `fp_round`; take it whole"),
+        ({"file": '"nios_sw/none.c"'}, "no file nios_sw/none.c in "),
     ],
 )
 def test_wrong_entry__refused_with_its_line(change, message, tmp_path) -> None:
@@ -48,6 +61,20 @@ def test_wrong_entry__refused_with_its_line(change, message, tmp_path) -> None:
         load(path)
     number = (GOOD | {"id": "2"} | change)["id"]
     assert str(caught.value).startswith(f"{path}:8: error: fault {number}: {message}")
+
+
+@pytest.mark.parametrize("part", ["fpu", "nios_sw/ethercat"])
+def test_copy__has_every_file_and_one_is_changed(part, tmp_path) -> None:
+    original = folder_of(part) / part
+    file = next(path for path in sorted(original.rglob("*.*")) if path.suffix in (".sv", ".c"))
+    fault = Fault(1, f"{part}/{file.name}", "", "SPDX-License-Identifier", "other", ())
+    folder = copy(tmp_path / "copy", [fault], part=part)
+    names = {path.relative_to(original) for path in original.rglob("*.*")}
+    assert names == {path.relative_to(folder) for path in folder.rglob("*.*")}
+    differ = [
+        name for name in names if (original / name).read_text() != (folder / name).read_text()
+    ]
+    assert differ == [Path(file.name)]
 
 
 def test_number_used_twice__refused(tmp_path) -> None:

@@ -40,7 +40,7 @@ from sim.bench.drive.axis.random_motors import motors
 from sim.bench.drive.axis.result import Result, bring_up
 from sim.bench.drive.axis.tuning import current_crossover, velocity_program
 from sim.bench.drive.chain import OPTIONS
-from sim.laws.drive.clocks import CLOCK, HALF_PERIOD
+from sim.laws.drive.clocks import CLOCK, HALF_PERIOD, LOOP_PERIOD
 from sim.laws.drive.start_up_law import start_up_law
 from sim.laws.prove_program import prove
 from sim.rtl.gen.absolute_regmap import REGMAP
@@ -702,6 +702,49 @@ def test_hall_lines__an_entered_offset_replaces_the_drag(tmp_path, monkeypatch):
             identify(Bench(wrong, 0.7, at=0.3 * one.motor.pole, hall=wires))
 
 
+def turned(sectors_per_second: float, rows: int, begin: float = 0.1) -> np.ndarray:
+    """Sectors of a rotor with this speed in each period of the current loop."""
+    return begin + sectors_per_second * LOOP_PERIOD * np.arange(rows)
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_hall_lines__speed_is_that_of_the_last_two_edges(way):
+    sectors = turned(1000.0 * way, 1000)
+    wanted = 1000.0 * way * hall.SECTOR
+    assert hall.speed(np.floor(hall.SECTOR * sectors)) == pytest.approx(wanted, rel=0.03)
+    # No edge for five times as long as a sector took: a fifth of the speed at most.
+    edge = round(1 / (1000.0 * LOOP_PERIOD))
+    rest = np.full(5 * edge, sectors[-1])
+    found = hall.speed(np.floor(hall.SECTOR * np.concatenate([sectors, rest])))
+    assert 0 < found / wanted <= 0.2
+    assert hall.speed(np.floor(hall.SECTOR * sectors[:edge])) == 0.0  # one edge at most
+
+
+def test_hall_lines__edges_of_a_reversal_are_the_same_boundary():
+    up = turned(1000.0, 100)
+    counts = np.floor(hall.SECTOR * np.concatenate([up, up[::-1]]))
+    rows, boundaries = hall.edges(counts)
+    half = len(rows) // 2
+    assert half >= 1 and boundaries[:half].tolist() == boundaries[: half - 1 : -1].tolist()
+    first = int(np.flatnonzero(np.diff(np.floor(up)))[-1]) + 1
+    assert hall.speed(counts[: len(counts) - first + 1]) == 0.0
+
+
+def test_hall_lines__between_uneven_edges_a_constant_speed_is_constant():
+    """uneven: counts by which each edge is late; the spline takes them away."""
+    uneven = np.array([0.0, -20.0, 20.0, 0.0, -20.0, 20.0])
+    true = hall.SECTOR * turned(1000.0, 2000)
+    boundaries = np.arange(1, true[-1] // hall.SECTOR, dtype=np.int64)
+    rows = np.searchsorted(true, hall.SECTOR * boundaries + uneven[boundaries % 6])
+    counts = np.zeros(len(true))
+    counts[rows] = hall.SECTOR
+    smooth, rate = hall.between(np.cumsum(counts), uneven)
+    inner = slice(rows[0], rows[-1])
+    step = 1000.0 * hall.SECTOR * LOOP_PERIOD  # of a period: the edges are seen in whole ones
+    assert np.abs(smooth - true)[inner].max() < 2 * step
+    assert rate[inner].mean() == pytest.approx(1000.0 * hall.SECTOR, rel=0.01)
+
+
 @pytest.mark.parametrize(
     ("wires", "text"),
     [
@@ -739,10 +782,34 @@ def test_hall_lines__offset_and_error_of_each_line_are_measured(tmp_path):
             assert late == pytest.approx(0.1 * np.array([0, -1, 1, 0, -1, 1]), abs=0.02)
 
 
-def test_hall_lines__a_rotor_that_lags_too_far_is_refused(tmp_path):
-    one = load(changed(tmp_path, **HALL))
+def lagging(one: OneMotor, share: float) -> OneMotor:
+    """The motor with this share of the force that drags it as friction."""
     drags = SHARE * one.motor.i_max * one.motor.force_per_ampere
-    one = replace(one, friction=replace(one.friction, coulomb=0.6 * drags))
+    return replace(one, friction=replace(one.friction, coulomb=share * drags))
+
+
+def test_hall_lines__friction_does_not_move_the_offset(tmp_path):
+    """The rotor lags by 17 degrees in either direction."""
+    one = lagging(load(changed(tmp_path, **HALL)), 0.3)
+    bench = Bench(one, 0.7, at=0.3 * one.motor.pole)
+    bench.start_up()
+    bench.measure_offsets()
+    angle, _, _ = hall.align(bench, SafeLoop(rough_inductance(bench)))
+    assert angle == pytest.approx(0.7, abs=math.radians(2))
+
+
+def test_hall_lines__a_sensor_that_is_mounted_wrongly_is_refused(tmp_path):
+    """Line v late and w early by 34 degrees, which is no mistake of a sensor."""
+    one = replace(load(changed(tmp_path, **HALL)), hall_error=0.6)
+    bench = Bench(one, 0.7, at=0.3 * one.motor.pole)
+    bench.start_up()
+    bench.measure_offsets()
+    with pytest.raises(BringUpError, match="the edge of the Hall lines from state .* mounted"):
+        hall.align(bench, SafeLoop(rough_inductance(bench)))
+
+
+def test_hall_lines__a_rotor_that_lags_too_far_is_refused(tmp_path):
+    one = lagging(load(changed(tmp_path, **HALL)), 0.6)
     bench = Bench(one, 0.7, at=0.3 * one.motor.pole)
     bench.start_up()
     bench.measure_offsets()

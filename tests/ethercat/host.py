@@ -23,10 +23,9 @@ from sim.bus.coe.dictionary import Device, load
 from sim.bus.gen.esc_regmap import AL_CONTROL, AL_STATUS, AL_STATUS_CODE, SM_START
 from tests.ethercat import managers
 
-APPLICATION = ROOT / "nios_sw/ethercat"
+APPLICATION = ROOT / "nios_sw/ethercat"  # tests of planted faults put a changed copy in its place
 HERE = Path(__file__).parent
 FLAGS = ("-std=c11", "-Wall", "-Wextra", "-Werror", "-g", "-O1", "-ffp-contract=off")
-INCLUDES = (f"-I{ROOT}/nios_sw/include", f"-I{APPLICATION}", f"-I{HERE}")
 INIT, PREOP, BOOT, SAFEOP, OP = 1, 2, 3, 4, 8
 ERROR = AL_STATUS.word(error=1)  # in AL_CONTROL: acknowledged
 AXES = 5
@@ -58,10 +57,17 @@ def build(name: str, *options: str, extra: tuple[Path, ...] = ()) -> Path:
         place.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=place.parent) as folder:
             made = Path(folder, name)
-            command = ["gcc", *FLAGS, *options, *INCLUDES, *map(str, files), "-o", made, "-lm"]
+            includes = (f"-I{path}" for path in (ROOT / "nios_sw/include", APPLICATION, HERE))
+            command = ["gcc", *FLAGS, *options, *includes, *map(str, files), "-o", made, "-lm"]
             subprocess.run(command, check=True)
             os.replace(made, place)
     return place
+
+
+def device_library() -> Path:
+    """The application as a shared library; undefined behaviour ends the program."""
+    checks = ("-fsanitize-undefined-trap-on-error", "-fsanitize=undefined")
+    return build("device.so", "-shared", "-fPIC", *checks)
 
 
 class AxisFeedback(ct.Structure):
@@ -121,10 +127,7 @@ class Host:
     PATIENCE = 50  # rounds of the background until an answer comes
 
     def __init__(self) -> None:
-        self.library = ct.CDLL(
-            str(build("device.so", "-shared", "-fPIC", "-fsanitize-undefined-trap-on-error",
-                      "-fsanitize=undefined"))
-        )  # fmt: skip
+        self.library = ct.CDLL(str(device_library()))
         self.library.double_read.restype = self.library.double_write.restype = ct.c_bool
         self.feedback, self.command = Feedback(), Command()
         self.held: set[int] = set()

@@ -20,6 +20,7 @@ TEXTS = {one.name: n for n, one in enumerate(DEVICE.diagnosis, start=1)}
 NEWEST, ACKNOWLEDGED, AVAILABLE, FLAGS, FIRST, COUNT = 2, 3, 4, 5, 6, 16
 INFO_OFF, WARNING_OFF, ERROR_OFF, KEEPS, LOST = 2, 4, 8, 0x10, 0x20
 INFO, WARNING, FAILURE = range(3)
+QUEUE = 32  # notes that the background has not entered yet, at most
 
 
 @dataclass(frozen=True)
@@ -157,6 +158,23 @@ def test_acknowledge_mode__new_ones_are_dropped_until_room_is_made(host):
     assert head(host) == (FIRST + 4, 0, 1, KEEPS | LOST)
     host.put(0x10F3, ACKNOWLEDGED, FIRST + 4)
     assert head(host) == (FIRST + 4, FIRST + 4, 0, KEEPS)
+
+
+def test_more_than_the_queue_holds__is_reported_as_lost(host):
+    """Notes of one control cycle, of a kind that is off, so that the history itself loses none."""
+    host.put(0x10F3, FLAGS, ERROR_OFF)
+    for count, flags in ((QUEUE, ERROR_OFF), (QUEUE + 1, ERROR_OFF | LOST)):
+        for number in range(count):
+            host.library.diagnosis_note(TEXTS["NOT_STORED"], number, 0)
+        host.background()
+        assert host.get(0x10F3, FLAGS) == flags
+
+
+def test_full_queue__holds_the_first_notes(host):
+    for number in range(QUEUE + 3):
+        host.library.diagnosis_note(TEXTS["NOT_STORED"], number, 0)
+    host.background()
+    assert newest(host).word == QUEUE - 1
 
 
 def test_zero__clears_the_history(host):

@@ -230,11 +230,17 @@ def damaged(file: bytes, at: int) -> bytes:
     return file[:at] + bytes([file[at] ^ 1]) + file[at + 1 :]
 
 
+def saying(size: int, file: bytes) -> bytes:
+    """The file with another size in its header; the check sum is that of the content."""
+    return file[:8] + struct.pack("<I", size) + file[12:]
+
+
 BROKEN = {
     "content": (0x800C, damaged(file_of(600), 500)),
     "check sum": (0x800C, damaged(file_of(600), 12)),
     "too short": (0x800C, file_of(600)[:-1]),
     "too long": (0x800C, file_of(600) + b"\0"),
+    "fewer bytes than said": (0x800C, saying(601, file_of(600))),
     "product": (0x800D, firmware(bytes(600), PRODUCT + 1)),
     "magic": (0x8010, damaged(file_of(600), 0)),
     "no header": (0x8010, b"MTFW"),
@@ -297,6 +303,19 @@ def test_power_lost_in_any_operation__the_former_or_the_new_image_counts(boot):
     boot.write_file(new)
     boot.restart()
     assert boot.read_file() == new
+
+
+def test_damage_of_the_newest_image__the_former_counts_after_power_off(boot):
+    old, new = file_of(700, 1), file_of(700, 2)
+    boot.write_file(old)
+    boot.write_file(new)
+    content = boot.library.flash_double_content()
+    (place,) = (
+        n * IMAGE for n in range(2) if bytes(content[n * IMAGE + 16 : n * IMAGE + 716]) == new[:700]
+    )
+    content[place + 500] ^= 1
+    boot.restart()
+    assert boot.read_file() == old
 
 
 def test_transfer_broken_by_leaving_boot__former_image_and_the_next_transfer_are_right(boot):

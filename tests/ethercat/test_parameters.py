@@ -68,6 +68,14 @@ def test_every_marked_entry__is_there_after_power_off_and_no_other(host):
     assert host.get(0x60C2, 1) == 250 and host.get(0x607A) == 0 and host.get(0x2022) == LOADED
 
 
+def test_many_stores__the_newest_counts(host):
+    for value in range(1, 6):
+        host.put(0x2021, 0, value)
+        save(host)
+        restart(host)
+        assert (host.get(0x2021), host.get(0x2022)) == (value, LOADED)
+
+
 def test_loaded_gains__go_to_the_law(host):
     for n in range(5):
         for index in (0x2000, 0x2001, 0x2002):
