@@ -14,6 +14,7 @@
 #include "motion.h"
 #include "probe.h"
 #include "profile.h"
+#include "speed_limit.h"
 
 #define CYCLE_S (CYCLE_US * 1e-6f)
 #define CYCLES_PER_S (1e6f / CYCLE_US)
@@ -44,6 +45,7 @@ static struct axis {
   struct homing homing;
   struct probe probe;
   struct motion motion;
+  struct speed_limit speed_limit;
   int32_t home, last_actual;
   float torque;   /* of profile torque, 0.1 % */
   float most;     /* speed, by 607F and 6080 as they were */
@@ -141,6 +143,7 @@ static void begin_mode(struct axis *axis, int n) {
   axis->control_was = objects.axis[n].controlword;
   profile_start(&axis->profile);
   homing_stop(&axis->homing);
+  speed_limit_start(&axis->speed_limit, axis->velocity);
   if (axis->mode == MODE_PROFILE_VELOCITY) axis->profile.reached = false;
   if (axis->mode == MODE_PROFILE_TORQUE) axis->torque = (float)objects.axis[n].torque_actual;
   if (axis->mode == MODE_CSV) {
@@ -200,14 +203,23 @@ static void follow_velocity(struct axis *axis, const struct axis_objects *o, boo
   axis->limited = limiter_run(&axis->point, (float)out.whole + out.part, out.slope * rate, &limits);
 }
 
-/* The torque within its limit, instead of the law's. */
+/* The torque within its limit, instead of the law's, unless that would be faster than the limits of the speed. */
 static void give_torque(struct axis *axis, const struct axis_objects *o, const struct axis_feedback *feedback,
                         int32_t torque, struct axis_command *command) {
+  struct torque_wanted wanted;
   axis->limited = torque > o->max_torque || torque < -(int32_t)o->max_torque;
   if (torque > o->max_torque) torque = o->max_torque;
   if (torque < -(int32_t)o->max_torque) torque = -(int32_t)o->max_torque;
   if (torque > 32767) torque = 32767;
   if (torque < -32768) torque = -32768;
+  wanted = (struct torque_wanted){.torque = (float)torque,
+                                  .velocity = axis->velocity,
+                                  .most = most_of(axis, o),
+                                  .deceleration = (float)o->quick_stop_deceleration};
+  if (speed_limit_cycle(&axis->speed_limit, &axis->point, feedback, &wanted)) {
+    axis->limited = true;
+    return;
+  }
   command->torque = (int16_t)torque;
   command->torque_only = true;
   axis->point = (struct setpoint){.whole = feedback->position, .velocity = axis->velocity};
@@ -430,6 +442,8 @@ void axis_cycle(int n, const struct axis_feedback *feedback, bool fresh, struct 
   if (axis->mode == MODE_PROFILE_POSITION) profile_watch(&axis->profile, o, feedback->position);
   if (axis->mode == MODE_PROFILE_VELOCITY) profile_watch_speed(&axis->profile, o, axis->velocity);
   o->position_demand = (int32_t)((uint32_t)axis->point.whole + (uint32_t)axis->home);
+  o->velocity_demand = saturated(axis->point.velocity);
+  o->torque_demand = command->torque_only ? command->torque : feedback->torque;
   o->statusword = status_of(axis, o);
   command->position = axis->point.whole;
   command->fraction = axis->point.part;

@@ -133,6 +133,51 @@ def test_cst__moves_one_axis_with_the_acceleration_of_its_torque(axis: int, torq
     assert back["error_code"] == [0] * AXES
 
 
+def speeds_of(rig: Rig, axis: int, begin: int) -> np.ndarray:
+    """True speeds in each tick from this one on, increments/s."""
+    ways = np.array(rig.poses)[begin:, axis]
+    return np.diff(ways) / ROBOT.T_s / rig.machine.increments[axis]
+
+
+@pytest.mark.parametrize(
+    ("axis", "torque", "most", "cycles"),
+    [(X, 60, 5_000_000, 80), (ROTATION, -100, 10_000_000, 150), (Z, 0, 3_000_000, 100)],
+)
+def test_cst__no_axis_is_faster_than_the_limit(axis, torque, most, cycles):
+    """Driven by its torque, and z by its weight; the law takes torque away, or brakes."""
+    rig = Rig()
+    rig.power_on()
+    rig.run(10)
+    rig.host.put(0x607F + 0x800 * axis, 0, most)
+    begin = len(rig.poses)
+    modes, torques = of_axis(axis, CST, CSP), of_axis(axis, torque)
+    back = rig.run(cycles, modes=modes, target_torque=torques)
+    speeds = np.abs(speeds_of(rig, axis, begin))
+    assert speeds.max() < 1.02 * most
+    assert speeds[-100:].mean() == pytest.approx(most, rel=0.005)
+    assert back["statusword"][axis] & 0x0800 and back["error_code"] == [0] * AXES
+    assert abs(rig.host.get(0x606B + 0x800 * axis)) == most
+    others = [n for n in range(AXES) if n != axis]
+    assert np.abs(np.array(rig.poses)[begin:, others] - rig.poses[begin][others]).max() < 30e-6
+    rig.host.put(0x607F + 0x800 * axis, 0, 2 * most)
+    begin = len(rig.poses)
+    rig.run(30, modes=modes, target_torque=torques)
+    assert np.abs(speeds_of(rig, axis, begin)).max() > 1.1 * most, "the limit was the cause"
+
+
+def test_cst__torque_that_brakes_acts_at_the_limit_at_once():
+    rig = Rig()
+    rig.power_on()
+    rig.host.put(0x607F + 0x800 * ROTATION, 0, 5_000_000)
+    modes = of_axis(ROTATION, CST, CSP)
+    back = rig.run(100, modes=modes, target_torque=of_axis(ROTATION, 100))
+    assert back["statusword"][ROTATION] & 0x0800
+    back = rig.run(20, modes=modes, target_torque=of_axis(ROTATION, -40))
+    wanted = -expected(ROTATION, 40) - 2 * ROBOT.friction_table / ROBOT.J_55
+    assert slope(np.array(rig.poses)[:, ROTATION], 180) == pytest.approx(wanted, rel=0.03)
+    assert back["torque_actual"][ROTATION] == -40
+
+
 def test_cst__stays_where_it_is_without_torque_and_csp_goes_on_from_there():
     rig = Rig()
     rig.power_on()

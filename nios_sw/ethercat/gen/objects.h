@@ -51,6 +51,7 @@ struct axis_objects {
   uint16_t following_timeout; /* 6066, ms */
   uint32_t position_window; /* 6067, inc */
   uint16_t position_window_time; /* 6068, ms */
+  int32_t velocity_demand; /* 606B, inc/s */
   int32_t velocity_actual; /* 606C, inc/s */
   uint16_t velocity_window; /* 606D, inc/s */
   uint16_t velocity_window_time; /* 606E, ms */
@@ -58,6 +59,7 @@ struct axis_objects {
   uint16_t velocity_threshold_time; /* 6070, ms */
   int16_t target_torque; /* 6071, 0.1 % */
   uint16_t max_torque; /* 6072, 0.1 % */
+  int16_t torque_demand; /* 6074, 0.1 % */
   int16_t torque_actual; /* 6077, 0.1 % */
   int32_t target_position; /* 607A, inc */
   int32_t home_offset; /* 607C, inc */
