@@ -22,6 +22,7 @@
 #define FOLLOWING_ERROR 0x8611u
 #define LIMITS 0x607Du /* objects, of the first axis */
 #define PROBE 0x60B8u
+#define PROBE_SOURCE 0x60D0u
 #define PERIOD 0x60C2u
 #define NOT_WATCHED 0xFFFFFFFFu
 #define VELOCITY_FILTER 0.0625f
@@ -100,7 +101,12 @@ uint32_t axis_check(uint16_t index, uint8_t subindex, uint32_t value) {
     int32_t high = subindex == 2 ? (int32_t)value : o->position_limit[1];
     return low > high ? ABORT_MOST_BELOW_LEAST : 0;
   }
-  if (first == PROBE) return probe_valid((uint16_t)value) ? 0 : ABORT_RANGE;
+  if (first == PROBE) return probe_valid((uint16_t)value, o->probe_source) ? 0 : ABORT_RANGE;
+  if (first == PROBE_SOURCE) {
+    int16_t sources[PROBES] = {o->probe_source[0], o->probe_source[1]};
+    sources[subindex == 2] = (int16_t)value;
+    return probe_valid(o->probe_function, sources) ? 0 : ABORT_RANGE;
+  }
   if (first != PERIOD) return 0;
   us = subindex == 1 ? period_us((uint8_t)value, o->period_index) : period_us(o->period_value, (int8_t)value);
   return us < CYCLE_US ? ABORT_RANGE : 0;

@@ -26,7 +26,7 @@ void axis_fault(int n, uint16_t error);
 /* Cycle of the master as object 60C2 gives it. */
 uint32_t axis_period_us(int n);
 /* 0, or the abort code of a value that its object refuses because of another value, or that asks for what is not there: 607D, 60B8,
- * 60C2. */
+ * 60C2, 60D0. */
 uint32_t axis_check(uint16_t index, uint8_t subindex, uint32_t value);
 
 #endif

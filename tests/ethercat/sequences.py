@@ -36,7 +36,7 @@ def _settings() -> list[tuple[Object, Entry]]:
 
 _OWN = {n for index, first in LISTS.values() for n in (index, *range(first, first + 16 * MAPS))}
 SETTINGS = _settings()
-RULED = {index & 0x7FF for index in (0x607D, 0x60B8, 0x60C2)}
+RULED = {index & 0x7FF for index in (0x607D, 0x60B8, 0x60C2, 0x60D0)}
 COUPLED = [(o, e) for o, e in SETTINGS if o.index & 0x7FF in RULED]
 
 
@@ -50,7 +50,13 @@ def setting(random: Random) -> tuple[int, int, bytes]:
     least, most = (-(1 << bits - 1), (1 << bits - 1) - 1) if signed else (0, (1 << bits) - 1)
     values = [least, most, 0, 1, 2, 100, 125, *entry.values]
     if one.index & 0x7FF == 0x60B8 & 0x7FF:  # probes that are on, as they may be and not
-        values += [random.getrandbits(16) | 0x0101 for _ in range(8)] + [0x3511, 0x1533, 0x1515]
+        values += [random.getrandbits(16) | 0x0101 for _ in range(8)] + [
+            0x3511,
+            0x1533,
+            0x1515,
+            0x3919,
+            0x1939,
+        ]
     values += [random.randint(least, most), random.randint(max(least, -2000), min(most, 2000))]
     for edge in map(int, entry.limits or ()):
         values += [edge - 1, edge, edge + 1]
@@ -163,8 +169,11 @@ def inconsistent(host: Host, random: Random, states: bool) -> list[str]:
         probes = int(number(host, index + 0xB8, 0))
         wrong += [
             f"{index + 0xB8:04X}: {probes:04X}"
-            for one in (probes & 0xFF, probes >> 8)
-            if one & 0x01 and (one & 0xC8 or one & 0x24 == 0x24)  # source, or falling index
+            for n, one in enumerate((probes & 0xFF, probes >> 8), 1)
+            if one & 0x01  # reserved bits and source, or falling index, also by 60D0
+            and (one & 0xC0 or one & 0x0C == 0x0C or one & 0x24 == 0x24)
+            or one & 0x29 == 0x29
+            and number(host, index + 0xD0, n) == 3
         ]
     for one, entry in random.sample(SETTINGS, 8):
         value = number(host, one.index, entry.subindex)

@@ -12,7 +12,7 @@ from tests.ethercat.drives import Drives
 from tests.ethercat.host import AbortedError
 from tests.ethercat.host_link import HostWords
 
-ON, CONTINUOUS, INDEX, RISING, FALLING = 0x01, 0x02, 0x04, 0x10, 0x20
+ON, CONTINUOUS, INDEX, OBJECT, RISING, FALLING = 0x01, 0x02, 0x04, 0x08, 0x10, 0x20
 STORED_RISING, STORED_FALLING = 0x02, 0x04
 WAY = 100  # increments in a control cycle
 
@@ -145,6 +145,62 @@ def test_probe__of_the_index_has_its_place(n):
     assert drives.value(n, 0) == (999, 2)
 
 
+@pytest.mark.parametrize("n", [0, 1])
+@pytest.mark.parametrize("source", [1, 2])
+def test_probe__of_60d0_takes_either_input_and_its_age(n, source):
+    drives = Probed()
+    drives.put(0x60D0, n + 1, source)
+    drives.probe(ON | OBJECT | RISING | FALLING, n)
+    bit, other = 1 << source - 1, 4 >> source
+    drives.go(inputs=0)
+    drives.go(inputs=other)  # no source
+    assert drives.flags(n) == ON
+    ages = (0x4000, 0xC000)
+    up = drives.go(inputs=bit | other, ages=ages)
+    assert drives.value(n, 0) == (up - WAY * ages[source - 1] // 65536, 1)
+    down = drives.go(inputs=0)
+    assert drives.value(n, 1) == (down, 1)
+    assert drives.flags(n) == ON | STORED_RISING | STORED_FALLING
+    assert drives.flags(1 - n) == 0
+
+
+@pytest.mark.parametrize("n", [0, 1])
+def test_probe__of_60d0_takes_the_index_and_a_new_source_begins_anew(n):
+    drives = Probed()
+    assert [drives.get(0x60D0, 1), drives.get(0x60D0, 2)] == [1, 2]
+    drives.put(0x60D0, n + 1, 3)
+    drives.probe(ON | OBJECT | CONTINUOUS | RISING, n)
+    drives.go(inputs=0)
+    drives.go(inputs=3)
+    assert drives.flags(n) == ON
+    drives.pulse(777)
+    drives.go()
+    assert drives.value(n, 0) == (777, 1)
+    drives.put(0x60D0, n + 1, 1)
+    drives.go(inputs=0)
+    assert drives.flags(n) == ON and drives.value(n, 0) == (777, 0)
+    place = drives.go(inputs=1)
+    assert drives.value(n, 0) == (place, 1)
+
+
+@pytest.mark.parametrize("n", [0, 1])
+def test_probe__index_by_60d0_and_falling_edges_are_refused_in_either_order(n):
+    drives = Probed()
+    drives.put(0x60D0, n + 1, 3)
+    for function in (ON | OBJECT | FALLING, ON | OBJECT | RISING | FALLING):
+        with pytest.raises(AbortedError) as caught:
+            drives.probe(function, n)
+        assert caught.value.code == 0x06090030 and drives.get(0x60B8) == 0
+    drives.put(0x60D0, n + 1, 2)
+    drives.probe(ON | OBJECT | FALLING, n)
+    with pytest.raises(AbortedError) as caught:
+        drives.put(0x60D0, n + 1, 3)
+    assert caught.value.code == 0x06090030 and drives.get(0x60D0, n + 1) == 2
+    for value in (0, -1, 4):  # 06090030 of a limit too
+        with pytest.raises(AbortedError):
+            drives.put(0x60D0, n + 1, value)
+
+
 def test_probe__positions_are_those_of_the_master():
     """After homing they are as 6064."""
     drives = Probed()
@@ -158,7 +214,7 @@ def test_probe__positions_are_those_of_the_master():
 
 
 @pytest.mark.parametrize("n", [0, 1])
-@pytest.mark.parametrize("function", [ON | 0x08, ON | 0x0C, ON | INDEX | FALLING, ON | 0x40])
+@pytest.mark.parametrize("function", [ON | 0x0C, ON | INDEX | FALLING, ON | 0x40])
 def test_probe__what_is_not_there_is_refused_and_by_process_data_stays_off(function, n):
     drives = Probed()
     with pytest.raises(AbortedError) as caught:

@@ -335,6 +335,9 @@ const struct entry dictionary_entries[] = {
     {"Number of entries", 0, 0, 0x2u, 0x0u, 0x0u, 0, 1, 0, 0x05, 0},
     {"Interpolation time period value", 0, 0, 0x1u, 0x1u, 0xFFu, OF_AXIS(period_value), 1, 1, 0x05, ENTRY_WRITE | ENTRY_SAVED | ENTRY_LIMITS | ENTRY_STORED},
     {"Interpolation time index", 0, 0, 0xFFFFFFFDu, 0xFFFFFFFAu, 0xFFFFFFFFu, OF_AXIS(period_index), 1, 2, 0x02, ENTRY_WRITE | ENTRY_SAVED | ENTRY_LIMITS | ENTRY_STORED},
+    {"Number of entries", 0, 0, 0x2u, 0x0u, 0x0u, 0, 1, 0, 0x05, 0},
+    {"Touch probe 1 source", 0, 0, 0x1u, 0x1u, 0x3u, OF_AXIS(probe_source[0]), 2, 1, 0x03, ENTRY_WRITE | ENTRY_SAVED | ENTRY_LIMITS | ENTRY_STORED},
+    {"Touch probe 2 source", 0, 0, 0x2u, 0x1u, 0x3u, OF_AXIS(probe_source[1]), 2, 2, 0x03, ENTRY_WRITE | ENTRY_SAVED | ENTRY_LIMITS | ENTRY_STORED},
     {"Touch probe 1 positive edge counter", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(probe_count[0]), 2, 0, 0x06, ENTRY_TX | ENTRY_STORED},
     {"Touch probe 1 negative edge counter", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(probe_count[1]), 2, 0, 0x06, ENTRY_TX | ENTRY_STORED},
     {"Touch probe 2 positive edge counter", 0, 0, 0x0u, 0x0u, 0x0u, OF_AXIS(probe_count[2]), 2, 0, 0x06, ENTRY_TX | ENTRY_STORED},
@@ -383,9 +386,9 @@ const struct entry dictionary_entries[] = {
 };
 
 const uint16_t dictionary_own_count = 41;
-const uint16_t dictionary_axis_count = 66;
+const uint16_t dictionary_axis_count = 67;
 const uint16_t dictionary_before_count = 36;
-const uint16_t dictionary_lists[LISTS] = {0, 371, 76, 103, 147, 147};
+const uint16_t dictionary_lists[LISTS] = {0, 376, 76, 103, 152, 152};
 const struct object dictionary_objects[] = {
     {"Device type", 0x1000, 0, 7, 1, 0},
     {"Error register", 0x1001, 1, 7, 1, 0},
@@ -483,15 +486,16 @@ const struct object dictionary_objects[] = {
     {"Touch probe 2 positive edge", 0x60BC, 312, 7, 1, 0},
     {"Touch probe 2 negative edge", 0x60BD, 313, 7, 1, 0},
     {"Interpolation time period", 0x60C2, 314, 9, 3, 2},
-    {"Touch probe 1 positive edge counter", 0x60D5, 317, 7, 1, 0},
-    {"Touch probe 1 negative edge counter", 0x60D6, 318, 7, 1, 0},
-    {"Touch probe 2 positive edge counter", 0x60D7, 319, 7, 1, 0},
-    {"Touch probe 2 negative edge counter", 0x60D8, 320, 7, 1, 0},
-    {"Supported homing methods", 0x60E3, 321, 8, 33, 32},
-    {"Following error actual value", 0x60F4, 354, 7, 1, 0},
-    {"Digital inputs", 0x60FD, 355, 7, 1, 0},
-    {"Digital outputs", 0x60FE, 356, 9, 3, 2},
-    {"Target velocity", 0x60FF, 359, 7, 1, 0},
-    {"Supported drive modes", 0x6502, 360, 7, 1, 0},
-    {"Single device type", 0x67FF, 361, 7, 1, 0},
+    {"Touch probe source", 0x60D0, 317, 9, 3, 2},
+    {"Touch probe 1 positive edge counter", 0x60D5, 320, 7, 1, 0},
+    {"Touch probe 1 negative edge counter", 0x60D6, 321, 7, 1, 0},
+    {"Touch probe 2 positive edge counter", 0x60D7, 322, 7, 1, 0},
+    {"Touch probe 2 negative edge counter", 0x60D8, 323, 7, 1, 0},
+    {"Supported homing methods", 0x60E3, 324, 8, 33, 32},
+    {"Following error actual value", 0x60F4, 357, 7, 1, 0},
+    {"Digital inputs", 0x60FD, 358, 7, 1, 0},
+    {"Digital outputs", 0x60FE, 359, 9, 3, 2},
+    {"Target velocity", 0x60FF, 362, 7, 1, 0},
+    {"Supported drive modes", 0x6502, 363, 7, 1, 0},
+    {"Single device type", 0x67FF, 364, 7, 1, 0},
 };

@@ -91,6 +91,7 @@ struct axis_objects {
   int32_t probe_value[4]; /* 60BA, inc */
   uint8_t period_value; /* 60C2 */
   int8_t period_index; /* 60C2 */
+  int16_t probe_source[2]; /* 60D0 */
   uint16_t probe_count[4]; /* 60D5 */
   int8_t homing_methods[32]; /* 60E3 */
   int32_t following_error; /* 60F4, inc */
