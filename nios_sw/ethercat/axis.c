@@ -31,6 +31,12 @@
 /* Cycles of a stop until the axis has its first set-point, and those whose measurement corrects the set-point. */
 #define DELAY_CYCLES 2
 #define BEGIN_CYCLES 9
+/* An axis follows its set-point after this many cycles in a row within NEAR increments of it. It has left the set-point of
+ * its stop beyond LEFT increments. By JUMP increments the measurement is wrong: 2e11 increments/s2 in one cycle. */
+#define NEAR_CYCLES 8
+#define NEAR 1.0f
+#define LEFT 2.0f
+#define JUMP 1000.0f
 
 #define STATUS_REMOTE 0x0200u
 #define STATUS_REACHED 0x0400u
@@ -55,12 +61,14 @@ static struct axis {
   uint32_t beyond;  /* cycles outside of the following error window */
   uint32_t settles; /* cycles of a stop since its set-point came to rest */
   uint8_t begun;    /* of BEGIN_CYCLES */
+  uint8_t near;     /* cycles in a row in which the axis was near its set-point, NEAR_CYCLES at most */
   struct setpoint next; /* of a stop, in the cycle to come */
   uint16_t control_was;
   int8_t mode;
   enum drive_state stopping; /* the state whose stop is under way */
   bool limited, clipped, powered, stops;
   bool behind;   /* a target, because of a limit */
+  bool along;    /* a stop: the set-point of before it, braked */
 } axes[AXES];
 
 /* A motor revolution, of 6080 and 608F, in the units of 2011: a millimetre, or a turn of tilt and rotation. */
@@ -298,14 +306,23 @@ static void measure(struct axis *axis, struct axis_objects *o, const struct axis
   o->torque_actual = feedback->torque;
 }
 
+static float away(const struct setpoint *point, int32_t position) {
+  return (float)(int32_t)((uint32_t)position - (uint32_t)point->whole) - point->part;
+}
+
 /* Following error of the set-point that the law has now, and the fault when it stays: its stop begins in this
  * cycle. */
 static void supervise(struct axis *axis, int n, const struct axis_feedback *feedback) {
   struct axis_objects *o = &objects.axis[n];
-  bool tracks = axis->powered && axis->mode != MODE_CST && axis->mode != MODE_PROFILE_TORQUE;
+  bool torque = axis->mode == MODE_CST || axis->mode == MODE_PROFILE_TORQUE, tracks = axis->powered && !torque;
   int32_t error = tracks ? (int32_t)((uint32_t)axis->point.whole - (uint32_t)feedback->position) : 0;
   uint32_t size = error < 0 ? 0u - (uint32_t)error : (uint32_t)error;
   o->following_error = error;
+  if ((axis->powered && torque) || fabsf(away(&axis->point, feedback->position)) > NEAR) {
+    axis->near = 0;
+  } else if (axis->near < NEAR_CYCLES) {
+    ++axis->near;
+  }
   if (axis->machine.state != DRIVE_ENABLED || o->following_window == NOT_WATCHED ||
       size <= o->following_window) {
     axis->beyond = 0;
@@ -319,35 +336,40 @@ static bool rests(const struct axis *axis) {
   return axis->point.velocity == 0.0f && (motion_still(&axis->motion) || axis->settles >= SETTLE_CYCLES);
 }
 
-static float away(const struct setpoint *point, int32_t position) {
-  return (float)(int32_t)((uint32_t)position - (uint32_t)point->whole) - point->part;
+/* A stop that begins brakes along the set-point that the axis follows. The law has the set-point of this cycle until the
+ * next one, so the axis goes on with its acceleration, of which the machine does at least `most`; the set-point moves into
+ * the increment in which the axis is measured. */
+static void begin_along(struct axis *axis, float most, float ahead) {
+  float change = axis->point.acceleration * CYCLE_S, before = axis->point.velocity, into = 0.0f;
+  if (fabsf(change) > most * CYCLE_S) change = copysignf(most * CYCLE_S, change);
+  if (fabsf(ahead) > 0.5f) into = ahead - copysignf(0.5f, ahead);
+  axis->next = axis->point;
+  axis->next.velocity += change;
+  setpoint_advance(&axis->next, into + (before + 0.5f * change) * CYCLE_S);
 }
 
-/* Whether the axis is where the set-point is and as fast, as far as counts tell. */
-static bool follows(const struct axis *axis, int32_t position, float speed) {
-  return fabsf(away(&axis->point, position)) <= 1.0f && fabsf(speed - axis->point.velocity) <= 0.5f * CYCLES_PER_S;
-}
-
-/* The set-point of a stop that begins is the motion of the axis as far as it is known: at first the set-point that
- * the axis follows, or what is measured, with the braking that the law has not done yet; then this prediction
- * corrected by each position, by the gains of the least squares of all of them (expanding-memory g-h filter: E.
- * Brookner, Tracking and Kalman Filtering Made Easy, 1998, 1.2.10). So the axis and its ramp have the same speed,
+/* The set-point of a stop that begins is the motion of the axis as far as it is known: the set-point that the axis
+ * follows, as long as it does; or at first what is measured, with the braking that the law has not done yet, then this
+ * prediction corrected by each position, by the gains of the least squares of all of them (expanding-memory g-h filter:
+ * E. Brookner, Tracking and Kalman Filtering Made Easy, 1998, 1.2.10). So the axis and its ramp have the same speed,
  * whatever the loop of the law is. */
-static void begin_stop(struct axis *axis, int32_t position) {
-  if (axis->begun < DELAY_CYCLES) {
+static void begin_stop(struct axis *axis, float most, int32_t position) {
+  float ahead = away(&axis->point, position);
+  if (axis->begun == 0) axis->along = axis->near == NEAR_CYCLES;
+  if (axis->along && fabsf(ahead) > LEFT && fabsf(ahead) < JUMP) {
+    axis->along = false;
+    axis->begun = 0;
+  }
+  if (axis->along) {
+    if (axis->begun == 0) begin_along(axis, most, ahead);
+  } else if (axis->begun < DELAY_CYCLES) {
     float speed = motion_speed(&axis->motion, axis->begun ? 0.0f : 1.0f);
     float change = axis->begun ? axis->point.acceleration * CYCLE_S : 0.0f;
-    if (!axis->begun && follows(axis, position, speed)) {
-      axis->next = axis->point;
-      speed = axis->point.velocity;
-      axis->begun = BEGIN_CYCLES - 1;
-    } else {
-      axis->next = (struct setpoint){.whole = position, .velocity = speed + change};
-    }
+    axis->next = (struct setpoint){.whole = position, .velocity = speed + change};
     setpoint_advance(&axis->next, (speed + 0.5f * change) * CYCLE_S);
   } else {
     float n = (float)(axis->begun - (DELAY_CYCLES - 1));
-    float share = 2.0f / ((n + 1.0f) * (n + 2.0f)), ahead = away(&axis->point, position);
+    float share = 2.0f / ((n + 1.0f) * (n + 2.0f));
     axis->next.velocity += 3.0f * share * ahead * CYCLES_PER_S;
     setpoint_advance(&axis->next, (2.0f * n + 4.0f) * share * ahead);
   }
@@ -359,7 +381,7 @@ static void begin_stop(struct axis *axis, int32_t position) {
 static void stop(struct axis *axis, int n, const struct axis_feedback *feedback, enum drive_ramp ramp) {
   const struct axis_objects *o = &objects.axis[n];
   if (!axis->stops || axis->stopping != axis->machine.state) axis->settles = axis->begun = 0;
-  if (axis->begun < BEGIN_CYCLES) begin_stop(axis, feedback->position);
+  if (axis->begun < BEGIN_CYCLES) begin_stop(axis, (float)o->quick_stop_deceleration, feedback->position);
   axis->stopping = axis->machine.state;
   axis->point = axis->next;
   if (axis->point.velocity == 0.0f && axis->settles < SETTLE_CYCLES) ++axis->settles;
@@ -427,6 +449,7 @@ void axis_cycle(int n, const struct axis_feedback *feedback, bool fresh, struct 
   command->power = cia402_power(&axis->machine);
   if (!command->power) {
     axis->point = (struct setpoint){.whole = feedback->position};
+    axis->near = NEAR_CYCLES;
     profile_drop(&axis->profile);
   } else if (!axis->powered) {
     begin_mode(axis, n);

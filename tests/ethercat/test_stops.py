@@ -9,6 +9,8 @@ from tests.bench.seed import SEED
 from tests.ethercat.drives import CSP, CSV, ENABLE, QUICK_STOP, SHUTDOWN, SWITCH_ON, TICK, Drives
 from tests.ethercat.stops import (
     CAMPAIGN,
+    HALT,
+    INCREMENT,
     KINDS,
     MODES,
     NOISE,
@@ -17,6 +19,7 @@ from tests.ethercat.stops import (
     Moved,
     campaign,
     run_to_the_stop,
+    situation,
 )
 
 
@@ -38,6 +41,57 @@ def test_stops__no_random_one_accelerates_or_goes_too_far():
 @pytest.mark.full
 def test_stops__ten_thousand_random_ones():
     check_situations(CAMPAIGN)
+
+
+@pytest.mark.parametrize(
+    "seed",
+    [
+        7145,  # the set-point brakes in the tick in which the stop begins
+        8378,  # the set-point accelerates in that tick
+        18005,  # counts report rest, but the axis follows a slow set-point
+        20258,  # the axis crosses a set-point at rest
+        27132,  # the pass of a halt finds a following error, whose ramp is gentler
+    ],
+)
+def test_stops__found_ones_are_short(seed: int):
+    stop = situation(seed)
+    assert stop.ratio <= 1 and not stop.too_far, stop
+
+
+def test_stop__of_a_set_point_that_the_machine_cannot_follow_does_not_accelerate():
+    """The set-point is still near the axis and has thirty times the machine's acceleration."""
+    drives = Moved(CSP, Mass(force=4e8, bandwidth=600.0))
+    drives.enable(position=0)
+    drives.follow(34)
+    drives.follow(80)  # the interpolation drifts by a part of a cycle
+    drives.set(position=-100_000)
+    drives.outputs(drives.values)
+    while drives.set_point()[2] == 0:
+        drives.cycle()
+    position, _, acceleration = drives.set_point()
+    assert abs(position) < 1 and abs(acceleration) > 30 * drives.mass.force
+    drives.set(control=QUICK_STOP)
+    drives.outputs(drives.values)
+    drives.cycle()
+    before = abs(drives.mass.speed)
+    speeds, way = run_to_the_stop(drives)
+    assert before > 30_000 and max(map(abs, speeds)) <= before + NOISE
+    assert way <= before**2 / (2 * drives.mass.force) + before * TICK + INCREMENT
+
+
+def test_stop__at_rest_moves_by_an_increment_at_most():
+    """The axis is 1.45 increments from its set-point, of which it can measure one."""
+    drives = Moved(CSP, Mass(force=1e9, bandwidth=600.0))
+    drives.enable(position=0)
+    for _ in range(20):
+        drives.mass.position, drives.mass.speed = 1.45, 0.0
+        drives.cycle()
+    drives.set(control=HALT)
+    drives.outputs(drives.values)
+    drives.cycle()
+    start = drives.mass.position
+    drives.cycle(300)
+    assert 0.5 < abs(drives.mass.position - start) <= INCREMENT
 
 
 def test_following_error__of_a_far_target_brakes_from_the_measured_speed():
