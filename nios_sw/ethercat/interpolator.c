@@ -5,6 +5,11 @@
 #include "gen/objects.h"
 
 #define CYCLE 1024u
+#define SLOWER (CYCLE - CYCLE / 512u)
+#define FASTER (CYCLE + CYCLE / 512u)
+#define RATE(step) ((float)(step) / (float)CYCLE)
+
+struct interpolator_place interpolator_place;
 
 /* Differences of targets wrap as positions do. */
 static int32_t minus(int32_t a, int32_t b) { return (int32_t)((uint32_t)a - (uint32_t)b); }
@@ -15,12 +20,15 @@ void interpolator_start(struct interpolator *ip, int32_t value, int32_t slope, u
     ip->period_us = period_us;
     ip->span = (uint32_t)(((uint64_t)period_us * CYCLE + CYCLE_US / 2u) / CYCLE_US);
     ip->per_span = 1.0f / (float)ip->span;
+    ip->per_s = ip->per_span * ((float)CYCLE * (1e6f / CYCLE_US));
   }
-  ip->p[1] = minus(value, (slope + (slope < 0)) >> 1); /* in the middle of the period it is at the value */
-  ip->p[0] = minus(ip->p[1], slope);
-  ip->p[2] = plus(ip->p[1], slope);
-  ip->p[3] = plus(ip->p[2], slope);
+  ip->p1 = minus(value, (slope + (slope < 0)) >> 1); /* in the middle of the period it is at the value */
+  ip->p2 = plus(ip->p1, slope);
+  ip->p3 = plus(ip->p2, slope);
   ip->step = CYCLE;
+  ip->rate = ip->rate_2 = slope ? 1.0f : 0.0f;
+  ip->way = ip->ahead = ip->slope = (float)slope;
+  ip->bend = ip->half_bend = ip->curve = ip->jump = 0.0f;
   ip->phase = ip->span / 2u;
   ip->has_next = false;
   ip->running = slope != 0;
@@ -33,47 +41,48 @@ void interpolator_target(struct interpolator *ip, int32_t target) {
   ip->has_next = true;
   ip->running = true;
   ip->step = CYCLE;
-  if (late > (int32_t)(ip->span / 4u)) ip->step = CYCLE - CYCLE / 512u;
-  if (late < -(int32_t)(ip->span / 4u)) ip->step = CYCLE + CYCLE / 512u;
+  ip->rate = ip->rate_2 = 1.0f;
+  if (late > (int32_t)(ip->span / 4u)) {
+    ip->step = SLOWER;
+    ip->rate = RATE(SLOWER);
+    ip->rate_2 = RATE(SLOWER) * RATE(SLOWER);
+  } else if (late < -(int32_t)(ip->span / 4u)) {
+    ip->step = FASTER;
+    ip->rate = RATE(FASTER);
+    ip->rate_2 = RATE(FASTER) * RATE(FASTER);
+  }
 }
 
-static void shift(struct interpolator *ip) {
-  int32_t slope = minus(ip->p[3], ip->p[2]);
-  ip->p[0] = ip->p[1];
-  ip->p[1] = ip->p[2];
-  ip->p[2] = ip->p[3];
+/* The next piece. Its d0 and d1 are d1 and d2 of the one before. */
+void interpolator_shift(struct interpolator *ip) {
+  int32_t slope = minus(ip->p3, ip->p2);
+  float before = ip->way;
+  ip->phase -= ip->span;
+  ip->p1 = ip->p2;
+  ip->p2 = ip->p3;
   if (ip->has_next) {
-    ip->p[3] = ip->next;
+    slope = minus(ip->next, ip->p3);
     ip->has_next = false;
-  } else {
-    ip->p[3] = plus(ip->p[2], slope);
-    if (ip->missed < 0xFFFFu) ++ip->missed;
+  } else if (ip->missed < 0xFFFFu) {
+    ++ip->missed;
   }
+  ip->p3 = plus(ip->p3, slope);
+  ip->way = ip->ahead;
+  ip->ahead = (float)slope;
+  ip->slope = (before + ip->way) * 0.5f;
+  ip->bend = ip->curve;
+  ip->half_bend = ip->bend * 0.5f;
+  ip->curve = ip->ahead - ip->way;
+  ip->jump = ip->curve - ip->bend;
 }
 
-void interpolator_step(struct interpolator *ip, struct interpolated *out) {
-  float d0, d1, d2, slope, bend, jump, s, offset, rate;
-  int32_t whole;
-  if (ip->running) {
-    ip->phase += ip->step;
-    if (ip->phase >= ip->span) {
-      ip->phase -= ip->span;
-      shift(ip);
-    }
-  }
-  d0 = (float)minus(ip->p[1], ip->p[0]);
-  d1 = (float)minus(ip->p[2], ip->p[1]);
-  d2 = (float)minus(ip->p[3], ip->p[2]);
-  slope = (d0 + d1) * 0.5f;
-  bend = d1 - d0;
-  jump = (d2 - d1) - bend;
-  s = (float)(int32_t)ip->phase * ip->per_span;
-  offset = s * (slope + s * (bend * 0.5f + s * jump * (-1.5f + s * (2.5f - s))));
-  whole = (int32_t)offset;
-  out->whole = plus(ip->p[1], whole);
-  out->part = offset - (float)whole;
-  rate = (float)(int32_t)ip->step * (1.0f / CYCLE);
-  if (!ip->running) rate = 0.0f;
-  out->slope = rate * (slope + s * (bend + s * jump * (-4.5f + s * (10.0f - 5.0f * s))));
-  out->bend = rate * rate * (bend + s * jump * (-9.0f + s * (30.0f - 20.0f * s)));
+void interpolator_move(uint32_t phase, float per_span) {
+  struct interpolator_place *at = &interpolator_place;
+  float s = (float)(int32_t)phase * per_span;
+  at->phase = phase;
+  at->per_span = per_span;
+  at->s = s;
+  at->value = -1.5f + s * (2.5f - s);
+  at->slope = -4.5f + s * (10.0f - 5.0f * s);
+  at->bend = -9.0f + s * (30.0f - 20.0f * s);
 }

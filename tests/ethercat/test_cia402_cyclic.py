@@ -10,7 +10,18 @@ import numpy as np
 import pytest
 from scipy.interpolate import BPoly
 
-from tests.ethercat.drives import CSP, CST, CSV, HOMING, PP, TICK, Drives
+from tests.ethercat.drives import (
+    CSP,
+    CST,
+    CSV,
+    ENABLE,
+    HOMING,
+    PP,
+    SHUTDOWN,
+    SWITCH_ON,
+    TICK,
+    Drives,
+)
 from tests.ethercat.host import AbortedError
 
 
@@ -118,6 +129,42 @@ def test_csp__a_period_that_is_no_multiple_of_the_control_is_served_exactly(peri
         speeds.append(drives.command.axis[0].velocity)
     steady = np.array(speeds[2000:])
     assert np.abs(steady / 1e7 - 1).max() < 3e-3  # steps of 1/512 follow the phase
+
+
+def set_points(periods: dict[int, int]) -> dict[int, list[tuple[float, ...]]]:
+    """Set-points of the axes with these periods in control cycles, each along a path of its own,
+    with a frame each six cycles."""
+    drives = Drives()
+    for axis, period in periods.items():
+        drives.put(0x60C2 + 0x800 * axis, 1, period)
+        drives.put(0x60C2 + 0x800 * axis, 2, -4)
+        drives.put(0x6065 + 0x800 * axis, 0, 0xFFFFFFFF)
+    for control in (SHUTDOWN, SWITCH_ON, ENABLE):
+        for axis in periods:
+            drives.set(axis, control=control)
+        drives.step()
+    drives.cycle(5)
+    rows: dict[int, list[tuple[float, ...]]] = {axis: [] for axis in periods}
+    paths = {axis: random.Random(axis) for axis in periods}
+    for cycle in range(400):
+        if cycle % 6 == 0:
+            for axis, path in paths.items():
+                drives.set(axis, position=50 * cycle + path.randrange(100))
+            drives.outputs(drives.values)
+        drives.cycle()
+        for axis in periods:
+            found = drives.command.axis[axis]
+            rows[axis].append((found.position, found.fraction, found.velocity, found.acceleration))
+    return rows
+
+
+def test_csp__axes_of_different_periods_run_as_each_alone():
+    """The first two are at the same phase of their periods in every sixth cycle."""
+    periods = {0: 6, 1: 2, 2: 6, 4: 9}
+    together = set_points(periods)
+    assert all(len(set(row)) > 300 for row in together.values())
+    for axis, period in periods.items():
+        assert together[axis] == set_points({axis: period})[axis], axis
 
 
 def test_interpolation_period__shorter_than_the_control_is_refused():
