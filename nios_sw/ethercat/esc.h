@@ -12,6 +12,17 @@
 void esc_read(uint16_t address, void *to, uint16_t bytes);
 void esc_write(uint16_t address, const void *from, uint16_t bytes);
 
+#ifdef __nios2__ /* registers are aligned to their size: one access */
+
+#define ESC_BASE 0x21000000u
+
+static inline volatile void *esc_at(uint16_t address) { return (volatile void *)(ESC_BASE + address); }
+static inline uint8_t esc_read8(uint16_t address) { return (uint8_t)__builtin_ldbuio(esc_at(address)); }
+static inline uint16_t esc_read16(uint16_t address) { return (uint16_t)__builtin_ldhuio(esc_at(address)); }
+static inline uint32_t esc_read32(uint16_t address) { return (uint32_t)__builtin_ldwio(esc_at(address)); }
+
+#else
+
 static inline uint8_t esc_read8(uint16_t address) {
   uint8_t value;
   esc_read(address, &value, 1);
@@ -29,6 +40,8 @@ static inline uint32_t esc_read32(uint16_t address) {
   esc_read(address, &value, 4);
   return value;
 }
+
+#endif
 
 static inline void esc_write8(uint16_t address, uint8_t value) { esc_write(address, &value, 1); }
 static inline void esc_write16(uint16_t address, uint16_t value) { esc_write(address, &value, 2); }

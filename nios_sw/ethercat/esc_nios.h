@@ -5,9 +5,9 @@
 
 #include <stdint.h>
 
+#include "esc.h"
 #include "gen/objects.h"
 
-#define ESC_BASE 0x21000000u
 #define SII_IMAGE 0x8000u /* in the controller, rtl/ethercat/regmap.rdl */
 #define SII_RELOAD 0x0400u
 
