@@ -19,7 +19,7 @@
 #define READS 0 /* direction: what the master does */
 #define WRITES 1
 
-static uint8_t state;
+uint8_t al_present;
 static uint16_t code;
 static bool waiting; /* SAFEOP, OP requested: outputs, or SYNC0, have not come yet */
 static bool outputs_seen, sync0_seen;
@@ -27,7 +27,6 @@ static bool identify; /* the master asks for the identification value (AL_CONTRO
 static uint32_t waiting_since;
 static uint16_t process_bytes[2];
 
-uint8_t al_state(void) { return state; }
 uint16_t al_code(void) { return code; }
 uint16_t al_process_bytes(int side) { return process_bytes[side]; }
 void al_outputs_seen(void) { outputs_seen = true; }
@@ -35,7 +34,7 @@ void al_sync0_seen(void) { sync0_seen = true; }
 
 /* An error has the code, whatever else the master asks for; without one it may ask for the identification value. */
 static void publish(void) {
-  uint16_t status = state;
+  uint16_t status = al_present;
   if (code) {
     status |= ESC_AL_STATUS_ERROR_MASK;
   } else if (identify) {
@@ -46,8 +45,8 @@ static void publish(void) {
 }
 
 static void enter(uint8_t next) {
-  uint8_t before = state;
-  state = next;
+  uint8_t before = al_present;
+  al_present = next;
   waiting = false;
   if (before == AL_OP && next != AL_OP) {
     application_leave_op(code == AL_WATCHDOG || code == AL_SYNC_ERROR || code == AL_SYNC_LOST);
@@ -59,7 +58,7 @@ static void enter(uint8_t next) {
 }
 
 void al_start(void) {
-  state = AL_INIT;
+  al_present = AL_INIT;
   code = 0;
   waiting = outputs_seen = sync0_seen = identify = false;
   mailbox_stop();
@@ -69,12 +68,12 @@ void al_start(void) {
 /* An error of this code from now on. */
 static void fail(uint16_t why) {
   code = why;
-  diagnosis_note(DIAGNOSIS_AL_ERROR, why, state);
+  diagnosis_note(DIAGNOSIS_AL_ERROR, why, al_present);
 }
 
 void al_fault(uint16_t why) {
   fail(why);
-  if (state == AL_OP) enter(AL_SAFEOP);
+  if (al_present == AL_OP) enter(AL_SAFEOP);
   waiting = false;
   publish();
 }
@@ -102,20 +101,24 @@ static uint16_t check_process_data(void) {
   return 0;
 }
 
-static uint16_t check_clock(void) {
+static uint16_t check_clock(uint32_t *found) {
+  static uint32_t whole = CYCLE_US * 1000u; /* a cycle that is one of the control's, or some: no pass divides it again */
   uint8_t active = esc_read8(ESC_SYNC_ACTIVATION);
-  uint32_t cycle = esc_read32(ESC_SYNC0_CYCLE);
+  uint32_t cycle = *found = esc_read32(ESC_SYNC0_CYCLE);
   bool sync0 = active & ESC_SYNC_ACTIVATION_CYCLIC_MASK && active & ESC_SYNC_ACTIVATION_SYNC0_MASK;
   if (objects.output_sync.type == SYNC0 && !sync0) return AL_INVALID_SYNC;
-  if (sync0 && (cycle < CYCLE_US * 1000u || cycle % (CYCLE_US * 1000u))) return AL_INVALID_CYCLE;
+  if (!sync0 || cycle == whole) return 0;
+  if (cycle < CYCLE_US * 1000u || cycle % (CYCLE_US * 1000u)) return AL_INVALID_CYCLE;
+  whole = cycle;
   return 0;
 }
 
-bool al_clock_holds(void) { return !check_clock(); }
+bool al_clock_holds(uint32_t *cycle) { return !check_clock(cycle); }
 
 /* PREOP to SAFEOP. */
 static uint16_t check_safeop(void) {
   uint16_t found;
+  uint32_t cycle;
   process_bytes[PDO_RX] = pdo_prepare(PDO_RX);
   process_bytes[PDO_TX] = pdo_prepare(PDO_TX);
   if (process_bytes[PDO_RX] == PDO_INVALID) return AL_OUTPUT_MAPPING;
@@ -123,7 +126,7 @@ static uint16_t check_safeop(void) {
     if (esc_read8(ESC_SM_ACTIVATE(n)) & ESC_SM_ACTIVATE_ENABLE_MASK) return AL_INVALID_SYNC_MANAGER;
   }
   found = check_process_data();
-  if (!found) found = check_clock();
+  if (!found) found = check_clock(&cycle);
   return found;
 }
 
@@ -135,27 +138,28 @@ static bool known(uint8_t wanted) {
 /* The code of the refusal, 0 if the state was entered or is being waited for. */
 static uint16_t change(uint8_t wanted, uint32_t now_ms, int guard) {
   uint16_t found = 0;
+  uint32_t cycle;
   if (!known(wanted)) return AL_UNKNOWN_STATE;
-  if (wanted == state) {
+  if (wanted == al_present) {
     waiting = false;
     return 0;
   }
   if (wanted == AL_BOOT) {
-    if (state != AL_INIT) return AL_INVALID_CHANGE;
+    if (al_present != AL_INIT) return AL_INVALID_CHANGE;
     if (!has_mailbox()) return AL_INVALID_BOOT_MAILBOX;
     enter(AL_BOOT);
     return 0;
   }
-  if (state == AL_BOOT && wanted != AL_INIT) return AL_INVALID_CHANGE;
-  if (wanted < state) {
+  if (al_present == AL_BOOT && wanted != AL_INIT) return AL_INVALID_CHANGE;
+  if (wanted < al_present) {
     enter(wanted);
     return 0;
   }
-  if (state == AL_INIT) {
+  if (al_present == AL_INIT) {
     if (wanted != AL_PREOP) return AL_INVALID_CHANGE;
     if (!has_mailbox()) return AL_INVALID_MAILBOX;
     enter(AL_PREOP);
-  } else if (state == AL_PREOP) {
+  } else if (al_present == AL_PREOP) {
     if (wanted != AL_SAFEOP) return AL_INVALID_CHANGE;
     /* It takes longer than a control pass may wait; in PREOP the pass touches nothing of it. */
     guard_leave(guard);
@@ -165,7 +169,7 @@ static uint16_t change(uint8_t wanted, uint32_t now_ms, int guard) {
     enter(AL_SAFEOP);
     application_inputs(); /* so that the first read finds some */
   } else {
-    found = check_clock();
+    found = check_clock(&cycle);
     if (found) return found == AL_INVALID_SYNC ? AL_NO_SYNC : found;
     waiting = true; /* OP, when outputs have come */
     waiting_since = now_ms;
@@ -178,7 +182,7 @@ static void request(uint16_t control, uint32_t now_ms, int guard) {
   bool acknowledge = control & ESC_AL_CONTROL_ACKNOWLEDGE_MASK;
   uint16_t refusal;
   identify = control & ESC_AL_CONTROL_IDENTIFICATION_MASK;
-  if (code && !acknowledge && wanted > state) return; /* the error is to be acknowledged first */
+  if (code && !acknowledge && wanted > al_present) return; /* the error is to be acknowledged first */
   if (acknowledge || wanted == AL_INIT) code = 0;
   refusal = change(wanted, now_ms, guard);
   if (refusal) fail(refusal);
@@ -188,11 +192,11 @@ static void request(uint16_t control, uint32_t now_ms, int guard) {
 /* A sync manager was changed by the master while it is in use. */
 static void check_changed(void) {
   for (int n = 0; n < MANAGERS_USED; ++n) (void)esc_read8(ESC_SM_ACTIVATE(n)); /* clears the event */
-  if (state >= AL_PREOP && !has_mailbox()) {
-    fail(state == AL_BOOT ? AL_INVALID_BOOT_MAILBOX : AL_INVALID_MAILBOX);
+  if (al_present >= AL_PREOP && !has_mailbox()) {
+    fail(al_present == AL_BOOT ? AL_INVALID_BOOT_MAILBOX : AL_INVALID_MAILBOX);
     enter(AL_INIT);
     publish();
-  } else if (state >= AL_SAFEOP && check_process_data()) {
+  } else if (al_present >= AL_SAFEOP && check_process_data()) {
     fail(check_process_data());
     enter(AL_PREOP);
     publish();

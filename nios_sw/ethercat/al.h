@@ -32,7 +32,8 @@
 #define AL_INVALID_CYCLE 0x0035
 
 void al_start(void);
-uint8_t al_state(void);
+extern uint8_t al_present; /* the state; al.c alone writes it */
+static inline uint8_t al_state(void) { return al_present; }
 uint16_t al_code(void);
 /* Once in a while: answers a request, and watches the sync managers; now_ms: rising time. */
 void al_step(uint32_t now_ms);
@@ -42,8 +43,8 @@ void al_outputs_seen(void);
 void al_sync0_seen(void);
 /* A fault of the device: from OP to SAFEOP with the code. */
 void al_fault(uint16_t code);
-/* Whether SYNC0 is as 1C32 wants it. */
-bool al_clock_holds(void);
+/* The cycle of SYNC0 [ns]; whether it is as 1C32 wants it. */
+bool al_clock_holds(uint32_t *cycle);
 /* Bytes of the process data of a direction, as mapped when SAFEOP was entered. */
 uint16_t al_process_bytes(int side);
 

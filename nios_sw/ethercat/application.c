@@ -27,8 +27,8 @@
 #define FREE_RUN 0 /* in 1C32:01 */
 
 static uint32_t cycles, since_outputs, since_sync0; /* of CYCLE_US */
+static uint32_t sync0_cycle; /* ns, in this pass */
 static uint64_t missed_after;          /* us since the outputs, when the next cycle of the master is missed */
-static _Alignas(4) uint8_t buffer[PROCESS_BYTES];
 static struct {
   uint16_t index;
   uint8_t subindex;
@@ -80,8 +80,8 @@ void application_leave_op(bool fault) {
 void application_inputs(void) {
   uint16_t bytes = al_process_bytes(PDO_TX);
   if (!bytes) return;
-  pdo_inputs(buffer);
-  esc_write(PROCESS_INPUTS, buffer, bytes);
+  pdo_inputs();
+  esc_write(PROCESS_INPUTS, pdo_image[PDO_TX], bytes);
 }
 
 /* Whether SYNC0 pulses come as 1C32 wants it: not more than two of its cycles apart. */
@@ -93,7 +93,7 @@ static bool sync0_comes(uint32_t event) {
   } else if (since_sync0 < 0xFFFFFFu) {
     ++since_sync0;
   }
-  return al_clock_holds() && (uint64_t)since_sync0 * CYCLE_US * 1000u <= 2u * (uint64_t)esc_read32(ESC_SYNC0_CYCLE);
+  return al_clock_holds(&sync0_cycle) && (uint64_t)since_sync0 * CYCLE_US * 1000u <= 2u * (uint64_t)sync0_cycle;
 }
 
 /* Takes outputs that came; whether there were any in OP. */
@@ -102,15 +102,15 @@ static bool take_outputs(uint32_t event) {
   uint16_t limit = objects.sync_error_limit;
   uint64_t period, since;
   if (event & OUTPUTS_EVENT && bytes) {
-    esc_read(PROCESS_OUTPUTS, buffer, bytes);
+    esc_read(PROCESS_OUTPUTS, pdo_image[PDO_RX], bytes);
     al_outputs_seen();
     objects.output_sync.cycle = objects.input_sync.cycle =
-        objects.output_sync.type == SYNC0 ? esc_read32(ESC_SYNC0_CYCLE) : since_outputs * CYCLE_US * 1000u;
+        objects.output_sync.type == SYNC0 ? sync0_cycle : since_outputs * CYCLE_US * 1000u;
     since_outputs = 0;
     missed_after = axis_period_us(0);
     objects.output_sync.error = 0;
     if (al_state() != AL_OP) return false;
-    pdo_outputs(buffer);
+    pdo_outputs();
     return true;
   }
   if (al_state() != AL_OP || !bytes) return false;
@@ -138,7 +138,7 @@ static uint8_t digital_outputs(void) {
   if (al_state() == AL_OP) {
     for (int n = 0; n < AXES; ++n) {
       const struct axis_objects *o = &objects.axis[n];
-      outputs = (outputs & ~o->output_mask) | (o->outputs & o->output_mask);
+      if (o->output_mask) outputs = (outputs & ~o->output_mask) | (o->outputs & o->output_mask);
     }
   }
   return (uint8_t)(outputs >> IO_SHIFT);
@@ -169,13 +169,13 @@ void application_cycle(const struct feedback *feedback, struct command *command)
     al_fault(AL_SYNC_LOST);
   }
   if (state >= AL_SAFEOP) fresh = take_outputs(event);
-  memcpy(objects.pose, feedback->pose, sizeof objects.pose);
   objects.digital_inputs = feedback->digital_inputs;
   probe_inputs(feedback);
   for (int n = 0; n < AXES; ++n) {
+    objects.pose[n] = feedback->pose[n];
     objects.axis[n].inputs = (uint32_t)feedback->digital_inputs << IO_SHIFT | feedback->axis[n].switches;
-    axis_cycle(n, &feedback->axis[n], fresh, &command->axis[n]);
   }
+  axis_cycles(feedback, fresh, command);
   command->digital_outputs = digital_outputs();
   send_setting(command);
   if (al_state() >= AL_SAFEOP) application_inputs();

@@ -8,6 +8,7 @@
 #include "al.h"
 #include "cia402.h"
 #include "coe.h"
+#include "held.h"
 #include "homing.h"
 #include "interpolator.h"
 #include "limiter.h"
@@ -56,7 +57,11 @@ static struct axis {
   int32_t home, last_actual;
   float torque;   /* of profile torque, 0.1 % */
   float most;     /* speed, by 607F and 6080 as they were */
+  float most_near; /* limiter_near of it */
   uint32_t most_by[2];
+  uint32_t period_us; /* by 60C2 as it was */
+  uint8_t period_value;
+  int8_t period_index;
   float velocity; /* actual, filtered, increments/s */
   uint32_t beyond;  /* cycles outside of the following error window */
   uint32_t settles; /* cycles of a stop since its set-point came to rest */
@@ -95,7 +100,16 @@ static uint32_t period_us(uint8_t value, int8_t index) {
   return us;
 }
 
-uint32_t axis_period_us(int n) { return period_us(objects.axis[n].period_value, objects.axis[n].period_index); }
+uint32_t axis_period_us(int n) {
+  const struct axis_objects *o = &objects.axis[n];
+  struct axis *axis = &axes[n];
+  if (o->period_value != axis->period_value || o->period_index != axis->period_index) {
+    axis->period_value = o->period_value;
+    axis->period_index = o->period_index;
+    axis->period_us = period_us(o->period_value, o->period_index);
+  }
+  return axis->period_us;
+}
 
 uint32_t axis_check(uint16_t index, uint8_t subindex, uint32_t value) {
   const struct axis_objects *o;
@@ -169,15 +183,21 @@ static void begin_mode(struct axis *axis, int n) {
 
 void axis_enter_op(int n) { begin_mode(&axes[n], n); }
 
-/* The greatest speed of a set-point. */
-static float most_of(struct axis *axis, const struct axis_objects *o) {
+/* Takes over the greatest speed when its objects change. */
+static void see_most(struct axis *axis, const struct axis_objects *o) {
   if (o->max_velocity != axis->most_by[0] || o->max_motor_speed != axis->most_by[1]) {
     float motor = (float)o->max_motor_speed * (float)o->encoder_increments / 60.0f;
     axis->most_by[0] = o->max_velocity;
     axis->most_by[1] = o->max_motor_speed;
     axis->most = (float)o->max_velocity;
     if (motor < axis->most) axis->most = motor;
+    axis->most_near = limiter_near(axis->most);
   }
+}
+
+/* The greatest speed of a set-point. */
+static float most_of(struct axis *axis, const struct axis_objects *o) {
+  see_most(axis, o);
   return axis->most;
 }
 
@@ -189,10 +209,11 @@ static struct limits limits_of(struct axis *axis, const struct axis_objects *o) 
                          .home = axis->home};
 }
 
-static void follow_position(struct axis *axis, const struct axis_objects *o, bool fresh, float rate) {
-  struct limits limits = limits_of(axis, o);
+static void follow_position(struct axis *axis, const struct axis_objects *o, bool fresh) {
+  float rate = axis->interpolator.per_s;
+  struct limits limits;
   struct interpolated out;
-  struct setpoint wanted;
+  struct setpoint wanted, slower;
   if (fresh) {
     int32_t target = clipped(axis, o, o->target_position);
     uint32_t raw = (uint32_t)target + (uint32_t)o->position_offset - (uint32_t)axis->home;
@@ -203,10 +224,20 @@ static void follow_position(struct axis *axis, const struct axis_objects *o, boo
   wanted.part = out.part;
   wanted.velocity = out.slope * rate;
   wanted.acceleration = out.bend * rate * rate;
-  axis->limited = limiter_follow(&axis->point, &wanted, &limits, &axis->behind) || axis->clipped;
+  see_most(axis, o);
+  if (!axis->behind && !limiter_bounds(o->position_limit[0], o->position_limit[1]) &&
+      limiter_allows(limiter_step(&axis->point, &wanted), axis->most_near)) { /* most cycles */
+    axis->point = wanted;
+    axis->limited = axis->clipped;
+    return;
+  }
+  limits = limits_of(axis, o);
+  slower = wanted; /* the one whose address is taken, so that the other one stays in registers */
+  axis->limited = limiter_follow(&axis->point, &slower, &limits, &axis->behind) || axis->clipped;
 }
 
-static void follow_velocity(struct axis *axis, const struct axis_objects *o, bool fresh, float rate) {
+static void follow_velocity(struct axis *axis, const struct axis_objects *o, bool fresh) {
+  float rate = axis->interpolator.per_s;
   struct limits limits = limits_of(axis, o);
   struct interpolated out;
   if (fresh) {
@@ -249,21 +280,21 @@ static void slope_torque(struct axis *axis, const struct axis_objects *o) {
   }
 }
 
-/* The set-point of a mode that runs. */
-static void run_mode(struct axis *axis, int n, const struct axis_feedback *feedback, bool fresh,
-                     struct axis_command *command) {
-  struct axis_objects *o = &objects.axis[n];
+/* The set-point of a mode that runs. What most cycles do comes first, here and below. */
+static void run_mode(struct axis *axis, int n, const struct axis_objects *o, const struct axis_feedback *feedback,
+                     bool fresh, struct axis_command *command) {
   uint16_t rising = o->controlword & (uint16_t)~axis->control_was;
-  float rate = axis->interpolator.per_span * (1024.0f * CYCLES_PER_S);
   struct limits limits;
+  axis->control_was = o->controlword;
+  if (axis->mode == MODE_CSP) { /* the longest one: not by the table of the switch */
+    follow_position(axis, o, fresh);
+    command->velocity = (float)o->velocity_offset;
+    command->torque = o->torque_offset;
+    return;
+  }
   switch (axis->mode) {
-    case MODE_CSP:
-      follow_position(axis, o, fresh, rate);
-      command->velocity = (float)o->velocity_offset;
-      command->torque = o->torque_offset;
-      break;
     case MODE_CSV:
-      follow_velocity(axis, o, fresh, rate);
+      follow_velocity(axis, o, fresh);
       command->torque = o->torque_offset;
       break;
     case MODE_CST:
@@ -292,11 +323,13 @@ static void run_mode(struct axis *axis, int n, const struct axis_feedback *feedb
     default: /* no mode: comes to a stop */
       setpoint_brake(&axis->point, (float)o->profile_deceleration, CYCLE_S);
   }
-  axis->control_was = o->controlword;
 }
 
 static void measure(struct axis *axis, struct axis_objects *o, const struct axis_feedback *feedback) {
-  if (!axis->motion.seen) axis->last_actual = feedback->position;
+  if (!axis->motion.seen) {
+    axis->last_actual = feedback->position;
+    motion_start(&axis->motion, feedback->position);
+  }
   motion_take(&axis->motion, feedback->position);
   float speed = (float)(int32_t)((uint32_t)feedback->position - (uint32_t)axis->last_actual) * CYCLES_PER_S;
   axis->last_actual = feedback->position;
@@ -306,19 +339,17 @@ static void measure(struct axis *axis, struct axis_objects *o, const struct axis
   o->torque_actual = feedback->torque;
 }
 
-static float away(const struct setpoint *point, int32_t position) {
-  return (float)(int32_t)((uint32_t)position - (uint32_t)point->whole) - point->part;
-}
-
 /* Following error of the set-point that the law has now, and the fault when it stays: its stop begins in this
  * cycle. */
-static void supervise(struct axis *axis, int n, const struct axis_feedback *feedback) {
-  struct axis_objects *o = &objects.axis[n];
+static void supervise(struct axis *axis, int n, struct axis_objects *o, const struct axis_feedback *feedback) {
   bool torque = axis->mode == MODE_CST || axis->mode == MODE_PROFILE_TORQUE, tracks = axis->powered && !torque;
-  int32_t error = tracks ? (int32_t)((uint32_t)axis->point.whole - (uint32_t)feedback->position) : 0;
-  uint32_t size = error < 0 ? 0u - (uint32_t)error : (uint32_t)error;
+  int32_t error = (int32_t)((uint32_t)axis->point.whole - (uint32_t)feedback->position);
+  bool near = fabsf((float)error + axis->point.part) <= NEAR;
+  uint32_t size;
+  if (!tracks) error = 0;
+  size = error < 0 ? 0u - (uint32_t)error : (uint32_t)error;
   o->following_error = error;
-  if ((axis->powered && torque) || fabsf(away(&axis->point, feedback->position)) > NEAR) {
+  if (!near || (axis->powered && torque)) {
     axis->near = 0;
   } else if (axis->near < NEAR_CYCLES) {
     ++axis->near;
@@ -334,6 +365,10 @@ static void supervise(struct axis *axis, int n, const struct axis_feedback *feed
 /* Whether the axis rests: its set-point does, and what is measured, or it cannot come to rest by its set-point. */
 static bool rests(const struct axis *axis) {
   return axis->point.velocity == 0.0f && (motion_still(&axis->motion) || axis->settles >= SETTLE_CYCLES);
+}
+
+static float away(const struct setpoint *point, int32_t position) {
+  return (float)(int32_t)((uint32_t)position - (uint32_t)point->whole) - point->part;
 }
 
 /* A stop that begins brakes along the set-point that the axis follows. The law has the set-point of this cycle until the
@@ -391,12 +426,11 @@ static void stop(struct axis *axis, int n, const struct axis_feedback *feedback,
   begin_mode(axis, n);
 }
 
-static uint16_t status_of(const struct axis *axis, const struct axis_objects *o) {
+static uint16_t status_of(const struct axis *axis, const struct axis_objects *o, bool remote, bool stops) {
   uint16_t status = cia402_status(&axis->machine);
-  bool stops = cia402_ramp(&axis->machine, o) != RAMP_NONE;
   bool still = (stops || axis->mode == MODE_HOMING) && rests(axis);
   bool runs = axis->machine.state == DRIVE_ENABLED && !stops;
-  if (al_state() == AL_OP) status |= STATUS_REMOTE;
+  if (remote) status |= STATUS_REMOTE;
   if (axis->limited) status |= STATUS_LIMIT;
   /* In the other modes bit 13 has another meaning, or none. */
   if (axis->beyond && (axis->mode == MODE_PROFILE_POSITION || axis->mode == MODE_CSP)) status |= STATUS_MODE_13;
@@ -430,17 +464,18 @@ static bool supported(int8_t mode) {
          mode == MODE_PROFILE_VELOCITY || mode == MODE_PROFILE_TORQUE || (mode >= MODE_CSP && mode <= MODE_CST);
 }
 
-void axis_cycle(int n, const struct axis_feedback *feedback, bool fresh, struct axis_command *command) {
-  struct axis *axis = &axes[n];
-  struct axis_objects *o = &objects.axis[n];
-  enum drive_ramp ramp;
+static void cycle(struct axis *axis, struct axis_objects *o, int n, const struct axis_feedback *feedback, bool fresh,
+                  struct axis_command *command) {
+  enum drive_ramp ramp = RAMP_NONE;
+  bool remote = al_state() == AL_OP;
   int32_t before = axis->last_actual;
-  if (n == 0) turn = (turn + 1) % AXES;
-  *command = (struct axis_command){0};
+  command->velocity = 0.0f;
+  command->torque = 0;
+  command->torque_only = false;
   measure(axis, o, feedback);
   if (probe_active(&axis->probe, o)) probe_cycle(&axis->probe, o, feedback, before, axis->home);
-  cia402_step(&axis->machine, o, al_state() == AL_OP, rests(axis));
-  supervise(axis, n, feedback);
+  if (!cia402_stays(&axis->machine, o, remote)) cia402_step(&axis->machine, o, remote, rests(axis));
+  supervise(axis, n, o, feedback);
   if (feedback->fault) { /* cannot be reset while it lasts */
     axis_fault(n, feedback->fault);
   } else if (axis->machine.state == DRIVE_DISABLED) {
@@ -460,11 +495,11 @@ void axis_cycle(int n, const struct axis_feedback *feedback, bool fresh, struct 
     begin_mode(axis, n);
   }
   o->mode_display = axis->mode;
-  ramp = cia402_ramp(&axis->machine, o);
+  if (!cia402_goes_on(&axis->machine, o)) ramp = cia402_ramp(&axis->machine, o);
   if (command->power && ramp != RAMP_NONE) {
     stop(axis, n, feedback, ramp);
   } else if (command->power) {
-    run_mode(axis, n, feedback, fresh, command);
+    run_mode(axis, n, o, feedback, fresh, command);
   }
   axis->stops = command->power && ramp != RAMP_NONE;
   if (!axis->stops) axis->settles = 0;
@@ -473,10 +508,20 @@ void axis_cycle(int n, const struct axis_feedback *feedback, bool fresh, struct 
   o->position_demand = (int32_t)((uint32_t)axis->point.whole + (uint32_t)axis->home);
   o->velocity_demand = saturated(axis->point.velocity);
   o->torque_demand = command->torque_only ? command->torque : feedback->torque;
-  o->statusword = status_of(axis, o);
+  o->statusword = status_of(axis, o, remote, ramp != RAMP_NONE);
   command->position = axis->point.whole;
   command->fraction = axis->point.part;
   command->velocity += axis->point.velocity;
   command->acceleration = axis->point.acceleration;
-  command->power = cia402_power(&axis->machine);
+}
+
+void axis_cycles(const struct feedback *feedback, bool fresh, struct command *command) {
+  const struct axis_feedback *from = feedback->axis;
+  struct axis_command *to = command->axis;
+  struct axis_objects *o = objects.axis;
+  struct axis *axis = axes;
+  HELD(axis);
+  HELD(o);
+  turn = turn + 1 < AXES ? turn + 1 : 0;
+  for (int n = 0; n < AXES; ++n) cycle(axis++, o++, n, from++, fresh, to++);
 }

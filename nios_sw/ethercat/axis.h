@@ -17,8 +17,8 @@
 #define MODE_CST 10
 
 void axis_start(int n);
-/* One control cycle; fresh: new outputs of the master have come. */
-void axis_cycle(int n, const struct axis_feedback *feedback, bool fresh, struct axis_command *command);
+/* One control cycle of all axes; fresh: new outputs of the master have come. */
+void axis_cycles(const struct feedback *feedback, bool fresh, struct command *command);
 void axis_enter_op(int n);
 /* OP is left: with an error code the axis faults, without it stops quickly. */
 void axis_leave_op(int n, uint16_t error);

@@ -112,11 +112,6 @@ void cia402_step(struct cia402 *machine, const struct axis_objects *axis, bool r
   }
 }
 
-bool cia402_power(const struct cia402 *machine) {
-  return machine->state == DRIVE_ENABLED || machine->state == DRIVE_QUICK_STOP ||
-         machine->state == DRIVE_REACTION;
-}
-
 enum drive_ramp cia402_ramp(const struct cia402 *machine, const struct axis_objects *axis) {
   switch (machine->state) {
     case DRIVE_ENABLED:
@@ -133,9 +128,4 @@ enum drive_ramp cia402_ramp(const struct cia402 *machine, const struct axis_obje
     default:
       return RAMP_NONE;
   }
-}
-
-uint16_t cia402_status(const struct cia402 *machine) {
-  static const uint8_t bits[] = {0x00, 0x40, 0x31, 0x33, 0x37, 0x17, 0x1F, 0x08};
-  return bits[machine->state];
 }

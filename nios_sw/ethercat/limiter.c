@@ -6,11 +6,8 @@
 
 #define CYCLE_S (CYCLE_US * 1e-6f)
 #define CYCLES_PER_S (1e6f / CYCLE_US)
-#define NEAR 1.004f /* of the speed limit: following the master's clock makes steps 1/512 longer */
 
-static bool bounded(const struct limits *limits) {
-  return limits->low != INT32_MIN || limits->high != INT32_MAX;
-}
+static bool bounded(const struct limits *limits) { return limiter_bounds(limits->low, limits->high); }
 
 /* a - b; what is beyond an int32_t is far enough away. */
 static float difference(int32_t a, int32_t b) {
@@ -43,7 +40,7 @@ static float greatest(const struct setpoint *point, const struct limits *limits,
 /* Whether the set-point may be at `wanted` in the next cycle, by a step this long. */
 static bool allowed(const struct setpoint *wanted, float step, const struct limits *limits) {
   float way, speed = step < 0.0f ? -wanted->velocity : wanted->velocity;
-  if (fabsf(step) * CYCLES_PER_S > limits->speed * NEAR + 1.0f) return false;
+  if (!limiter_allows(step, limiter_near(limits->speed))) return false;
   if (!bounded(limits) || step == 0.0f) return true;
   way = left(wanted, limits, step);
   return way >= 0.0f && (speed <= 0.0f || speed * speed <= 2.0f * limits->deceleration * way);
@@ -63,7 +60,7 @@ static void go(struct setpoint *point, float velocity, const struct limits *limi
 
 bool limiter_follow(struct setpoint *point, const struct setpoint *wanted, const struct limits *limits,
                     bool *behind) {
-  float step = (float)(int32_t)((uint32_t)wanted->whole - (uint32_t)point->whole) + (wanted->part - point->part);
+  float step = limiter_step(point, wanted);
   float sign = step < 0.0f ? -1.0f : 1.0f, change = limits->deceleration * CYCLE_S;
   float before, away, most, velocity;
   bool fits = allowed(wanted, step, limits);

@@ -9,11 +9,9 @@
 #define LONG (MOTION_CYCLES - 1)
 #define STILL_WAY 40u /* increments: 57 000 increments/s */
 
-void motion_take(struct motion *motion, int32_t position) {
-  for (int n = 0; !motion->seen && n < MOTION_CYCLES; ++n) motion->past[n] = position;
+void motion_start(struct motion *motion, int32_t position) {
+  for (int n = 0; n < MOTION_CYCLES; ++n) motion->past[n] = position;
   motion->seen = true;
-  motion->past[motion->next] = position;
-  motion->next = (uint8_t)((motion->next + 1u) % MOTION_CYCLES);
 }
 
 /* Increments moved in `cycles`, the last of which was `ago`. */

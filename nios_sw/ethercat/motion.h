@@ -14,8 +14,13 @@ struct motion {
   bool seen;
 };
 
+/* It has been at this position. */
+void motion_start(struct motion *motion, int32_t position);
 /* One control cycle. */
-void motion_take(struct motion *motion, int32_t position);
+static inline void motion_take(struct motion *motion, int32_t position) {
+  motion->past[motion->next] = position;
+  motion->next = (uint8_t)((motion->next + 1u) % MOTION_CYCLES);
+}
 /* Speed `ahead` cycles after the last position (0 or 1), increments/s: the least of what the changes over one and
  * over two cycles lead to, and for a time ahead of what was measured over two cycles; 0 if they disagree about the
  * direction. So a stop that starts with it does not accelerate an axis that is braking already. */

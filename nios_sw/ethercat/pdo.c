@@ -7,13 +7,13 @@
 #include "dictionary.h"
 
 /* How a mapped object is copied. The pass goes through one kind after the other: a loop for each is three times as fast
- * as one that asks for the kind of every object. */
-enum { COPY_WORD, COPY_HALF, COPY_BYTE, COPY_HALVES, COPY_BYTES, COPY_KINDS };
+ * as one that asks for the kind of every object. A word at an odd half of the image is two halves. */
+enum { COPY_WORD, COPY_HALF, COPY_BYTE, COPY_BYTES, COPY_KINDS };
+#define STEP 4 /* copies at once: loads and the stores that need them are apart, and the loop costs less */
 
-/* One mapped object, and its place in the image of the process data. */
+/* One mapped object, or a half of one, and its place in the image. */
 struct copy {
-  uint8_t *data;
-  uint16_t at, bytes;
+  uint8_t *data, *image;
 };
 
 struct limit {
@@ -22,13 +22,21 @@ struct limit {
 };
 
 struct exchange {
-  struct copy copies[MAPS * MAP_ENTRIES]; /* in the order of their kinds */
-  uint8_t end[COPY_KINDS];                /* of the copies of a kind */
+  struct copy copies[2 * MAPS * MAP_ENTRIES]; /* in the order of their kinds */
+  uint8_t count[COPY_KINDS];
+  uint8_t bytes[MAPS * MAP_ENTRIES]; /* of the last kind */
   struct limit limits[MAPS * MAP_ENTRIES];
   uint8_t limit_count;
 };
 
+/* What is to be copied, in the order of the image. */
+struct found {
+  uint8_t *data;
+  uint16_t at, bytes;
+};
+
 static struct exchange exchanges[2];
+_Alignas(4) uint8_t pdo_image[2][PROCESS_BYTES];
 
 static uint16_t map_bytes(int side, int map, uint32_t count) {
   uint32_t bits = 0;
@@ -102,18 +110,16 @@ uint32_t pdo_check(uint16_t index, uint8_t subindex, uint32_t value) {
 }
 
 /* Objects are aligned to their size, their places in the image need not be; the image is aligned to a word. */
-static int kind_of(const struct copy *copy) {
-  uintptr_t odd = (uintptr_t)copy->data | copy->at;
-  if (copy->bytes == 4 && !(odd & 3u)) return COPY_WORD;
-  if (copy->bytes == 4 && !(odd & 1u)) return COPY_HALVES;
-  if (copy->bytes == 2 && !(odd & 1u)) return COPY_HALF;
-  return copy->bytes == 1 ? COPY_BYTE : COPY_BYTES;
+static int kind_of(const struct found *found) {
+  uintptr_t odd = (uintptr_t)found->data | found->at;
+  if (found->bytes == 4 && !(odd & 3u)) return COPY_WORD;
+  if ((found->bytes == 2 || found->bytes == 4) && !(odd & 1u)) return COPY_HALF;
+  return found->bytes == 1 ? COPY_BYTE : COPY_BYTES;
 }
 
-/* The mapped objects of a direction in the order of the image; padding is what is read from zeros and nothing that is
- * written. Returns how many there are, -1 if the master would write one of them twice. */
-static int mapped(int side, struct copy *found) {
-  static uint8_t zeros[32]; /* a padding has 31 bytes at most */
+/* The mapped objects of a direction in the order of the image, without padding. Returns how many there are, -1 if the
+ * master would write one of them twice. */
+static int mapped(int side, struct found *found) {
   struct exchange *exchange = &exchanges[side];
   uint16_t first = side == PDO_RX ? RX_MAP : TX_MAP, at = 0;
   struct place place;
@@ -125,18 +131,15 @@ static int mapped(int side, struct copy *found) {
     if (!pdo) continue;
     for (uint8_t k = 0; k < objects.map[side][map].count; ++k) {
       uint32_t entry = objects.map[side][map].entry[k];
-      struct copy copy = {.data = zeros, .at = at, .bytes = (uint16_t)((entry & 0xFFu) / 8u)};
-      at = (uint16_t)(at + copy.bytes);
-      if (entry >> 16 == 0) {
-        if (side == PDO_TX) found[count++] = copy;
-        continue;
-      }
+      struct found one = {.at = at, .bytes = (uint16_t)((entry & 0xFFu) / 8u)};
+      at = (uint16_t)(at + one.bytes);
+      if (entry >> 16 == 0) continue;
       if (dictionary_locate((uint16_t)(entry >> 16), (uint8_t)(entry >> 8), &place)) continue;
-      copy.data = place.data;
+      one.data = place.data;
       for (int n = 0; side == PDO_RX && n < count; ++n) {
-        if (found[n].data == copy.data) return -1;
+        if (found[n].data == one.data) return -1;
       }
-      found[count++] = copy;
+      found[count++] = one;
       if (side == PDO_RX && place.entry->flags & ENTRY_LIMITS) {
         exchange->limits[exchange->limit_count++] = (struct limit){place.entry, place.data};
       }
@@ -146,60 +149,82 @@ static int mapped(int side, struct copy *found) {
 }
 
 uint16_t pdo_prepare(int side) {
-  static struct copy found[MAPS * MAP_ENTRIES];
+  static struct found found[MAPS * MAP_ENTRIES];
   struct exchange *exchange = &exchanges[side];
-  uint8_t next = 0;
+  struct copy *next = exchange->copies, *first;
   int count = mapped(side, found);
+  memset(pdo_image[side], 0, PROCESS_BYTES); /* padding stays 0 */
   for (int kind = 0; kind < COPY_KINDS; ++kind) {
+    first = next;
     for (int n = 0; n < count; ++n) {
-      if (kind_of(&found[n]) == kind) exchange->copies[next++] = found[n];
+      uint8_t *image = pdo_image[side] + found[n].at;
+      if (kind_of(&found[n]) != kind) continue;
+      if (kind == COPY_BYTES) exchange->bytes[next - first] = (uint8_t)found[n].bytes;
+      *next++ = (struct copy){found[n].data, image};
+      if (kind == COPY_HALF && found[n].bytes == 4) *next++ = (struct copy){found[n].data + 2, image + 2};
     }
-    exchange->end[kind] = next;
+    exchange->count[kind] = (uint8_t)(next - first);
   }
   if (count < 0) return PDO_INVALID;
   return (uint16_t)assigned_bytes(side, objects.assign[side].count, -1, 0);
 }
 
-static inline void move_word(void *to, const void *from) { *(uint32_t *)to = *(const uint32_t *)from; }
-static inline void move_half(void *to, const void *from) { *(uint16_t *)to = *(const uint16_t *)from; }
+#define ALWAYS_INLINE static inline __attribute__((always_inline))
 
-void pdo_outputs(const uint8_t *from) {
+ALWAYS_INLINE uint32_t get(const void *from, int kind) {
+  if (kind == COPY_WORD) return *(const uint32_t *)from;
+  return kind == COPY_HALF ? *(const uint16_t *)from : *(const uint8_t *)from;
+}
+
+ALWAYS_INLINE void put(void *to, int kind, uint32_t value) {
+  if (kind == COPY_WORD) {
+    *(uint32_t *)to = value;
+  } else if (kind == COPY_HALF) {
+    *(uint16_t *)to = (uint16_t)value;
+  } else {
+    *(uint8_t *)to = (uint8_t)value;
+  }
+}
+
+/* The copies of a kind, from the image or to it; what is after them. No place is read that another copy writes. */
+ALWAYS_INLINE const struct copy *copy_all(const struct copy *copy, uint32_t count, int kind, int side) {
+  const struct copy *steps = copy + count / STEP * STEP, *end = copy + count;
+  for (; copy != steps; copy += STEP) {
+    uint8_t *to[STEP], *from[STEP];
+    uint32_t value[STEP];
+    for (int n = 0; n < STEP; ++n) {
+      to[n] = side == PDO_RX ? copy[n].data : copy[n].image;
+      from[n] = side == PDO_RX ? copy[n].image : copy[n].data;
+    }
+    for (int n = 0; n < STEP; ++n) value[n] = get(from[n], kind);
+    for (int n = 0; n < STEP; ++n) put(to[n], kind, value[n]);
+  }
+  for (; copy != end; ++copy) {
+    put(side == PDO_RX ? copy->data : copy->image, kind, get(side == PDO_RX ? copy->image : copy->data, kind));
+  }
+  return copy;
+}
+
+ALWAYS_INLINE void exchange_all(int side) {
+  const struct exchange *exchange = &exchanges[side];
+  const struct copy *copy = exchange->copies;
+  copy = copy_all(copy, exchange->count[COPY_WORD], COPY_WORD, side);
+  copy = copy_all(copy, exchange->count[COPY_HALF], COPY_HALF, side);
+  copy = copy_all(copy, exchange->count[COPY_BYTE], COPY_BYTE, side);
+  for (int n = 0; n < exchange->count[COPY_BYTES]; ++n, ++copy) {
+    for (int k = 0; k < exchange->bytes[n]; ++k) {
+      if (side == PDO_RX) copy->data[k] = copy->image[k];
+      if (side == PDO_TX) copy->image[k] = copy->data[k];
+    }
+  }
+}
+
+void pdo_outputs(void) {
   const struct exchange *exchange = &exchanges[PDO_RX];
-  const struct copy *copy = exchange->copies, *end = copy + exchange->end[COPY_WORD];
-  for (; copy < end; ++copy) move_word(copy->data, from + copy->at);
-  end = exchange->copies + exchange->end[COPY_HALF];
-  for (; copy < end; ++copy) move_half(copy->data, from + copy->at);
-  end = exchange->copies + exchange->end[COPY_BYTE];
-  for (; copy < end; ++copy) *copy->data = from[copy->at];
-  end = exchange->copies + exchange->end[COPY_HALVES];
-  for (; copy < end; ++copy) {
-    move_half(copy->data, from + copy->at);
-    move_half(copy->data + 2, from + copy->at + 2);
-  }
-  end = exchange->copies + exchange->end[COPY_BYTES];
-  for (; copy < end; ++copy) {
-    for (uint16_t k = 0; k < copy->bytes; ++k) copy->data[k] = from[copy->at + k];
-  }
+  exchange_all(PDO_RX);
   for (int n = 0; n < exchange->limit_count; ++n) {
     dictionary_limit(exchange->limits[n].entry, exchange->limits[n].data);
   }
 }
 
-void pdo_inputs(uint8_t *to) {
-  const struct exchange *exchange = &exchanges[PDO_TX];
-  const struct copy *copy = exchange->copies, *end = copy + exchange->end[COPY_WORD];
-  for (; copy < end; ++copy) move_word(to + copy->at, copy->data);
-  end = exchange->copies + exchange->end[COPY_HALF];
-  for (; copy < end; ++copy) move_half(to + copy->at, copy->data);
-  end = exchange->copies + exchange->end[COPY_BYTE];
-  for (; copy < end; ++copy) to[copy->at] = *copy->data;
-  end = exchange->copies + exchange->end[COPY_HALVES];
-  for (; copy < end; ++copy) {
-    move_half(to + copy->at, copy->data);
-    move_half(to + copy->at + 2, copy->data + 2);
-  }
-  end = exchange->copies + exchange->end[COPY_BYTES];
-  for (; copy < end; ++copy) {
-    for (uint16_t k = 0; k < copy->bytes; ++k) to[copy->at + k] = copy->data[k];
-  }
-}
+void pdo_inputs(void) { exchange_all(PDO_TX); }

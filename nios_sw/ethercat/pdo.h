@@ -5,6 +5,8 @@
 
 #include <stdint.h>
 
+#include "gen/objects.h"
+
 #define PDO_RX 0 /* from the master */
 #define PDO_TX 1
 
@@ -14,7 +16,10 @@ uint32_t pdo_check(uint16_t index, uint8_t subindex, uint32_t value);
 /* Prepares the exchange as mapped now; bytes of the direction, or PDO_INVALID if the master would write an object
  * twice. */
 uint16_t pdo_prepare(int side);
-void pdo_outputs(const uint8_t *from);
-void pdo_inputs(uint8_t *to);
+/* The process data of a direction, as words. */
+extern uint8_t pdo_image[2][PROCESS_BYTES];
+/* From the image to the objects; from the objects to the image. */
+void pdo_outputs(void);
+void pdo_inputs(void);
 
 #endif

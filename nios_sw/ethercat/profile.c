@@ -18,11 +18,6 @@
 
 static const struct profile *planner; /* who plans, or did until its next cycle */
 
-int32_t saturated(float value) {
-  if (value >= 2147483520.0f) return 2147483520;
-  return value <= -2147483520.0f ? -2147483520 : (int32_t)value;
-}
-
 void setpoint_advance(struct setpoint *point, float way) {
   float sum = point->part + way;
   int32_t whole = saturated(sum);

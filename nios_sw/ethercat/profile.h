@@ -43,7 +43,10 @@ void setpoint_advance(struct setpoint *point, float way);
 void setpoint_run(struct setpoint *point, float velocity, float acceleration, float cycle);
 /* Less speed by this deceleration, for one control cycle. */
 void setpoint_brake(struct setpoint *point, float deceleration, float cycle);
-int32_t saturated(float value);
+static inline int32_t saturated(float value) {
+  if (value >= 2147483520.0f) return 2147483520;
+  return value <= -2147483520.0f ? -2147483520 : (int32_t)value;
+}
 
 void profile_start(struct profile *profile);
 /* Without power: no plan goes on, so that another axis may plan. */

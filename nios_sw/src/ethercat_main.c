@@ -6,6 +6,7 @@
  * the core's timer does, when the next tick is due, and once more each LATE cycles until it has come. */
 #include "ethercat/application.h"
 #include "ethercat/esc_nios.h"
+#include "ethercat/held.h"
 #include "ethercat/ethercat_tick.h"
 #include "io.h"
 
@@ -40,10 +41,12 @@ static void take_index(const volatile struct ethercat_input *in) {
 }
 
 static void take(const volatile struct ethercat_input *in) {
+  HELD(in);
   for (int n = 0; n < AXES; ++n) {
+    uint32_t torque_fault = (uint32_t)in->torque_fault[n];
     feedback.axis[n].position = in->position[n];
-    feedback.axis[n].torque = (int16_t)in->torque_fault[n];
-    feedback.axis[n].fault = (uint16_t)((uint32_t)in->torque_fault[n] >> 16);
+    feedback.axis[n].torque = (int16_t)torque_fault;
+    feedback.axis[n].fault = (uint16_t)(torque_fault >> 16);
     feedback.pose[n] = in->pose[n];
   }
   take_switches(in);
@@ -51,14 +54,15 @@ static void take(const volatile struct ethercat_input *in) {
 }
 
 static void give(volatile struct ethercat_output *out) {
+  HELD(out);
   for (int n = 0; n < AXES; ++n) {
-    const struct axis_command *axis = &command.axis[n];
-    out->position[n] = axis->position;
-    out->fraction[n] = axis->fraction;
-    out->velocity[n] = axis->velocity;
-    out->acceleration[n] = axis->acceleration;
-    out->torque_flags[n] = (uint16_t)axis->torque | (axis->power ? TICK_POWER : 0u) |
-                           (axis->torque_only ? TICK_TORQUE_ONLY : 0u);
+    const struct axis_command axis = command.axis[n]; /* all loads, then all stores: none waits for a load */
+    uint32_t flags = (axis.power ? TICK_POWER : 0u) | (axis.torque_only ? TICK_TORQUE_ONLY : 0u);
+    out->position[n] = axis.position;
+    out->fraction[n] = axis.fraction;
+    out->velocity[n] = axis.velocity;
+    out->acceleration[n] = axis.acceleration;
+    out->torque_flags[n] = (uint16_t)axis.torque | flags;
   }
   out->digital_outputs = command.digital_outputs;
   out->setting_number = command.setting_number;
