@@ -14,8 +14,19 @@ import pytest
 from canopen.sdo import SdoAbortedError, SdoClient
 
 from sim.bus.coe.dictionary import TYPES
+from tests.ethercat import managers
 from tests.ethercat.canopen_client import client_of
-from tests.ethercat.host import DEVICE, HERE, OP, PREOP, AbortedError, Host, build
+from tests.ethercat.host import (
+    AXES,
+    DEVICE,
+    HERE,
+    OP,
+    PREOP,
+    SAFEOP,
+    AbortedError,
+    Host,
+    build,
+)
 
 
 @pytest.fixture
@@ -195,6 +206,59 @@ def test_abort__longer_than_the_process_data(host):
     host.put(0x1C12, 0, 1)
     host.process_managers(outputs=2 + 9 * 31)
     assert host.ask(4) == (4, 0)
+
+
+# Objects of an axis with their bits: words, halves and bytes, more of each than are copied at once.
+MAPPED = {
+    "rx": [(0x6040, 16), (0x607A, 32), (0x6060, 8), (0x60FF, 32), (0x6071, 16), (0x60B1, 32)],
+    "tx": [(0x6041, 16), (0x6064, 32), (0x6061, 8), (0x606C, 32), (0x6077, 16), (0x60FD, 32)],
+}
+
+
+@pytest.mark.parametrize("lead", range(4))
+def test_process_data__at_any_place_in_the_image(host, lead):
+    """`lead` bytes of padding before the objects of each axis, and one byte after the first map."""
+    places: dict[str, list[tuple[int, struct.Struct, int]]] = {}
+    for side, first, lists in (("rx", 0x1600, 0x1C12), ("tx", 0x1A00, 0x1C13)):
+        host.put(lists, 0, 0)
+        places[side], at = [], 0
+        for axis in range(AXES):
+            entries = [(0, 8 * lead)] if lead else []
+            entries += [(index + 0x800 * axis, bits) for index, bits in MAPPED[side]]
+            entries += [(0, 8)] if axis == 0 else []
+            host.put(first + 0x10 * axis, 0, 0)
+            for n, (index, bits) in enumerate(entries):
+                host.put(first + 0x10 * axis, n + 1, index << 16 | bits)
+                if index:
+                    number = struct.Struct(f"<{DEVICE.object(index).entry(0).format[-1]}")
+                    places[side].append((at, number, index))
+                at += bits // 8
+            host.put(first + 0x10 * axis, 0, len(entries))
+            host.put(lists, axis + 1, first + 0x10 * axis)
+        host.put(lists, 0, AXES)
+        area = (
+            (2, 0x1200, at, managers.OUTPUTS) if side == "rx" else (3, 0x1800, at, managers.INPUTS)
+        )
+        host.manager(*area)
+        size = at
+    rng = random.Random(lead)
+    values = {index: rng.randrange(1 << 7) for _, _, index in places["rx"]}
+    data = bytearray(rng.randbytes(size))
+    for at, number, index in places["rx"]:
+        values[index] = 8 if index & 0x7FF == 0x060 else rng.randrange(1 << 8 * number.size - 1)
+        number.pack_into(data, at, values[index])
+    assert host.ask(SAFEOP) == (SAFEOP, 0)
+    for _ in range(2):
+        host.write(0x1200, bytes(data))
+        for axis in host.feedback.axis:
+            axis.position += rng.randrange(1 << 16)
+            axis.torque, axis.switches = rng.randrange(1 << 8), rng.randrange(8)
+        host.cycle()
+        host.ask(OP)
+    image = host.read(0x1800, size)
+    assert {index: host.get(index) for index in values} == values
+    for at, number, index in places["tx"]:
+        assert number.unpack_from(image, at)[0] == host.get(index), hex(index)
 
 
 def test_abort__mapping_in_op_is_the_wrong_state():
