@@ -162,8 +162,8 @@ def device(order: Order, report: Report) -> Iterator[Goal]:
     found = cached("device", of, lambda: run("sim.bus.device_run", options))
     for passes in found["passes"]:
         name = (
-            f"whole device, five axes in CSP, a frame every {passes['period_us']} us: longest "
-            f"control pass of {passes['passes']}, each 100 us"
+            f"whole device, five axes in CSP, a frame every {passes['period_us']} us at every "
+            "phase: longest control pass"
         )
         goal = at_most(name, passes["longest"], CYCLE_CLOCKS, "cycles")
         yield goal if passes["powered"] else replace(goal, met=False, note="drives without power")
