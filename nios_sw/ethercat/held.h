@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* HELD: the compiler has the pointer in a register, and does not make it anew from a constant address for each member
- * that it leads to. Costs no instruction. */
+/* HELD keeps a pointer in a register. Without it the compiler builds the constant address again for each member that
+ * the pointer leads to. It costs no instruction. */
 #ifndef ETHERCAT_HELD_H
 #define ETHERCAT_HELD_H
 

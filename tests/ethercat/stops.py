@@ -35,6 +35,8 @@ PROFILES = (PV, PT)  # of each fifth situation
 NOISE = 10_000  # increments/s: two of the last places of a position in a control cycle
 INCREMENT = 1  # of the encoder: less than one cannot be measured
 FAULT = 0x5441
+FOLLOWING_ERROR = 0x8611
+NOT_WATCHED = 0xFFFFFFFF  # window of the following error
 HALT = ENABLE | 0x100
 COMMANDS = {"quick stop": QUICK_STOP, "shutdown": SHUTDOWN, "disable": SWITCH_ON, "halt": HALT}
 KINDS = ("fault", "frames end", "SAFEOP", *COMMANDS)
@@ -135,7 +137,8 @@ def situation(seed: int) -> Stop:
     drives.put(0x60C2, 1, period)
     drives.put(0x60C2, 2, -4)
     drives.put(0x10F1, 2, 2)
-    drives.put(0x6065, 0, random.choice((20_000, 100_000, 0xFFFFFFFF)))
+    window = random.choice((20_000, 100_000, NOT_WATCHED))
+    drives.put(0x6065, 0, window)
     drives.put(0x605A, 0, quick)
     drives.put(0x605B, 0, 1)
     drives.put(0x605E, 0, fault)
@@ -174,6 +177,8 @@ def situation(seed: int) -> Stop:
     # tick after it on, which is now.
     before = max(abs(mass.speed), abs(drives.sampled))
     speeds, distance = run_to_the_stop(drives, None if kind == "frames end" else period)
+    if kind == "following error":  # no other fault has taken its place
+        assert window != NOT_WATCHED and drives.get(0x603F) == FOLLOWING_ERROR, seed
     ramp = {
         "quick stop": profile if quick in (1, 5) else fast,
         "SAFEOP": profile if quick in (1, 5) else fast,

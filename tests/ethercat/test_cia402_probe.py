@@ -165,7 +165,7 @@ def test_probe__of_60d0_takes_either_input_and_its_age(n, source):
 
 
 @pytest.mark.parametrize("n", [0, 1])
-def test_probe__of_60d0_takes_the_index_and_a_new_source_begins_anew(n):
+def test_probe__of_60d0_takes_the_index_and_a_new_source_restarts_it(n):
     drives = Probed()
     assert [drives.get(0x60D0, 1), drives.get(0x60D0, 2)] == [1, 2]
     drives.put(0x60D0, n + 1, 3)
