@@ -58,7 +58,7 @@ module asip #(
   logic [15:0] pc_d;
   logic run, run_next, branch_wait, stall_operand, stall_unit, issue_busy;
   logic [Ports-1:0][8:0] source_d;
-  logic valid_f2, turn;
+  logic valid_f2, valid_p, turn;
   logic [15:0] pc_f2, turn_pc;
   // ---- stages R1, R2 and E1
   logic valid_r1_q, valid_r2_q, valid_e1_q;
@@ -158,6 +158,7 @@ module asip #(
       .turn_pc_i     (turn_pc),
       .valid_f2_o    (valid_f2),
       .pc_f2_o       (pc_f2),
+      .valid_p_o     (valid_p),
       .bundle_f2_o   (bundle_f2),
       .decoded_f2_i  (decoded_f2),
       .decoded_p_o   (decoded_p),
@@ -191,11 +192,9 @@ module asip #(
 
   generate
     if (Loops != 0) begin : gen_loops
-      asip_pkg::decoded_t aux_f2;
       logic [Loops-1:0] ends_f2;
 
-      assign aux_f2                           = ops_f2[OpWidth*(Slots-1)+:OpWidth];
-      assign ends_f2                          = control_f2[asip_isa_pkg::LOOP_BIT+:Loops];
+      assign ends_f2                           = control_f2[asip_isa_pkg::LOOP_BIT+:Loops];
       assign decoded_f2[DecodedWidth-1-:Loops] = ends_f2;
 
       asip_loops #(
@@ -209,9 +208,9 @@ module asip #(
           .advance_i (advance),
           .valid_f2_i(valid_f2),
           .pc_f2_i   (pc_f2),
-          .loop_f2_i (aux_f2.loop),
-          .imm_f2_i  (aux_f2.imm),
           .ends_f2_i (ends_f2),
+          .loop_p_i  (valid_p && aux_p.loop),
+          .imm_p_i   (aux_p.imm),
           .issue_i   (issue),
           .pc_d_i    (pc_d),
           .loop_d_i  (aux_d.loop),
@@ -224,7 +223,7 @@ module asip #(
       logic unused_loops;
       assign turn         = 1'b0;
       assign turn_pc      = '0;
-      assign unused_loops = ^{valid_f2, pc_f2};
+      assign unused_loops = ^{valid_f2, pc_f2, valid_p};
     end
   endgenerate
 
@@ -289,12 +288,20 @@ module asip #(
   generate
     if (StreamWords != 0) begin : gen_streams
       for (p = 0; p < FmaPipes; p++) begin : gen_stream
-        logic [2:0] reads_d;
+        asip_pkg::decoded_t op_q, aux_q;
+        logic [2:0] reads_q, reads_d;
         logic [32*(Lanes+1)-1:0] word_r1;  // by lane
 
         assign stream_r1[p]         = word_r1[31:0];
         assign words_r1[p][Lanes:0] = word_r1;
 
+        assign op_q    = ops_q[OpWidth*p+:OpWidth];
+        assign aux_q   = ops_q[OpWidth*(Slots-1)+:OpWidth];
+        assign reads_q = {
+          op_q.c[8:6] == asip_isa_pkg::BANK_S,
+          op_q.b[8:6] == asip_isa_pkg::BANK_S,
+          op_q.a[8:6] == asip_isa_pkg::BANK_S
+        };
         // Sources a, b, c of the slot are ports 3p to 3p+2 of the operand stage.
         assign reads_d = {
           source_d[3*p+2][8:6] == asip_isa_pkg::BANK_S,
@@ -308,7 +315,12 @@ module asip #(
         ) u_stream (
             .clk_i,
             .rst_ni,
-            .clear_i        (run_start),
+            .clear_i        (refetch && !hook.open),
+            .flush_i        (flush),
+            .advance_i      (advance),
+            .take_q_i       (valid_q && (|reads_q)),
+            .seek_q_i       (valid_q && aux_q.seek && aux_q.imm[15] == 1'(p)),
+            .seek_address_q_i(aux_q.imm[14:0]),
             .take_i         (issue && (|reads_d)),
             .seek_i         (issue && aux_d.seek && aux_d.imm[15] == 1'(p)),
             .seek_address_i (aux_d.imm[14:0]),
@@ -318,6 +330,9 @@ module asip #(
             .write_address_i(stream_address[14:0]),
             .write_data_i   (writedata_i)
         );
+
+        logic unused_q;
+        assign unused_q = ^{op_q, aux_q};
       end
     end else begin : gen_no_streams
       logic unused_streams;
@@ -377,13 +392,12 @@ module asip #(
 
       for (p = 0; p < FmaPipes; p++) begin : gen_pipe
         asip_pkg::decoded_t op_r2, op_e1;
-        logic [95:0] addend_e1;  // of the further lanes
-        logic [31:0] addend_lanes_e1;
+        logic [95:0] addend_r2;  // of the further lanes
+        logic [31:0] addend_lanes_r2;
         logic [2:0] own_r2;  // by operand
-        logic [31:0] factor_e1_q;  // operand b
-        logic keep_e1, least_e1;  // what the limit leaves of operand a
-        logic keep_lanes_e1, least_lanes_e1;  // zero where a lane has an operand a of its own
-        logic other_e1_q;  // the addend is that of a further lane
+        logic [31:0] factor_e1_q, addend_e1_q;  // operands b, c
+        logic keep_r2, nan_r2, least_r2, keep_e1_q, nan_e1_q, least_e1_q;  // what the limit leaves of operand a
+        logic keep_lanes_e1_q, nan_lanes_e1_q, least_lanes_e1_q;  // zero where a lane has an operand a of its own
         localparam logic [2:0] Own = p == 0 ? asip_isa_pkg::BANK_A : asip_isa_pkg::BANK_B;
 
         assign op_r2                = ops_r2_q[OpWidth*p+:OpWidth];
@@ -398,35 +412,26 @@ module asip #(
         // Before the multiply-add `vbelow` and `vabove` limit operand a, and `vscale` makes 2^n of b, with n its lowest
         // 8 bits.
         asip_limit u_limit (
-            .clk_i,
-            .used_i (1'b1),
             .below_i(op_r2.below),
             .above_i(op_r2.above),
             .word_i (operand_r2[3*p]),
-            .keep_o (keep_e1),
-            .least_o(least_e1)
-        );
-
-        asip_limit u_limit_lanes (
-            .clk_i,
-            .used_i (!own_r2[0]),
-            .below_i(op_r2.below),
-            .above_i(op_r2.above),
-            .word_i (operand_r2[3*p]),
-            .keep_o (keep_lanes_e1),
-            .least_o(least_lanes_e1)
+            .keep_o (keep_r2),
+            .nan_o  (nan_r2),
+            .least_o(least_r2)
         );
 
         always_ff @(posedge clk_i) begin
+          {keep_e1_q, nan_e1_q, least_e1_q} <= {keep_r2, nan_r2, least_r2};
+          {keep_lanes_e1_q, nan_lanes_e1_q, least_lanes_e1_q} <= {keep_r2, nan_r2, least_r2} & {3{!own_r2[0]}};
           factor_e1_q <= op_r2.power ? asip_pkg::power_of_two(operand_r2[3*p+1][7:0]) : operand_r2[3*p+1];
-          other_e1_q  <= op_r2.pick && (|op_r2.b[1:0]);
+          addend_e1_q <= op_r2.pick && (|op_r2.b[1:0]) ? addend_lanes_r2 : operand_r2[3*p+2];
         end
 
-        assign operand_units[3*p]   = asip_pkg::limited(operand_e1[3*p], keep_e1, least_e1);
+        assign operand_units[3*p]   = asip_pkg::limited(operand_e1[3*p], keep_e1_q, nan_e1_q, least_e1_q);
         assign operand_units[3*p+1] = factor_e1_q;
-        // All further lanes but the one that is taken give zero.
-        assign addend_lanes_e1      = addend_e1[31:0] | addend_e1[63:32] | addend_e1[95:64];
-        assign operand_units[3*p+2] = other_e1_q ? addend_lanes_e1 : operand_e1[3*p+2];
+        assign operand_units[3*p+2] = addend_e1_q;
+        assign addend_lanes_r2      = op_r2.b[1:0] == 2'd1 ? addend_r2[31:0] :
+                                      op_r2.b[1:0] == 2'd2 ? addend_r2[63:32] : addend_r2[95:64];
 
         logic unused_op;
         assign unused_op = ^{op_r2, op_e1};
@@ -442,21 +447,21 @@ module asip #(
                 .next_i       (next[p]),
                 .next_index_i (next_index[p]),
                 .word_r1_i    (words_r1[p][s]),
+                .kind_r2_i    (op_r2.fma_kind),
                 .power_r2_i   (op_r2.power),
                 .below_r2_i   (op_r2.below),
                 .above_r2_i   (op_r2.above),
                 .own_r2_i     (own_r2),
-                .other_r2_i   (op_r2.pick && op_r2.b[1:0] != 2'(s)),
+                .addend_r2_o  (addend_r2[32*(s-1)+:32]),
                 .start_e1_i   (valid_e1_q && op_e1.lanes && !op_e1.pick),
-                .kind_e1_i    (op_e1.fma_kind),
-                .keep_e1_i    (keep_lanes_e1),
-                .least_e1_i   (least_lanes_e1),
+                .keep_e1_i    (keep_lanes_e1_q),
+                .nan_e1_i     (nan_lanes_e1_q),
+                .least_e1_i   (least_lanes_e1_q),
                 .operand_e1_i ({operand_e1[3*p+2], factor_e1_q, operand_e1[3*p]}),
-                .addend_e1_o  (addend_e1[32*(s-1)+:32]),
                 .flags_o      (flags_lane[5*(p*(Lanes+1)+s)+:5])
             );
           end else begin : gen_none
-            assign addend_e1[32*(s-1)+:32] = '0;
+            assign addend_r2[32*(s-1)+:32] = '0;
           end
         end
       end

@@ -25,6 +25,7 @@ module asip_fetch #(
     input  logic [15:0]                turn_pc_i,
     output logic                       valid_f2_o,
     output logic [15:0]                pc_f2_o,
+    output logic                       valid_p_o,
     // to and from the decoder, between F2 and P; illegal bundles are found between P and Q
     output logic [BundleWidth-1:0]     bundle_f2_o,
     input  logic [DecodedWidth-1:0]    decoded_f2_i,
@@ -144,6 +145,7 @@ module asip_fetch #(
 
   assign valid_f2_o  = valid_f2_q;
   assign pc_f2_o     = pc_f2_q;
+  assign valid_p_o   = valid_p_q;
   assign bundle_f2_o = lanes_f2_q[BundleWidth-1:0];
   assign decoded_p_o = decoded_p_q;
   assign valid_q_o   = valid_q_q;

@@ -3,7 +3,7 @@
 // Contract: a vector operation of the pipe does here what it does in the pipe, in the same cycles. own_r2_i selects, by
 // operand, this lane's own word: the register of the same index, `zero` among them, or for the first operand the lane's
 // word of the stream. The other operands are the pipe's. Writes are those of the pipe's bank that a vector operation
-// makes. addend_e1_o is the register that the bundle names as addend, zero if that of another lane is taken.
+// makes. addend_r2_o is the register that the bundle names as addend.
 module asip_lane (
     input  logic                 clk_i,
     input  logic                 rst_ni,
@@ -16,19 +16,19 @@ module asip_lane (
     input  logic [5:0]           next_index_i,
     // from the stream, R1
     input  logic [31:0]          word_r1_i,
-    // from the pipe, R2: its operation; other_r2_i: it takes the addend of another lane
+    // from the pipe, R2: its operation
+    input  logic [1:0]           kind_r2_i,
     input  logic                 power_r2_i,
     input  logic                 below_r2_i,
     input  logic                 above_r2_i,
     input  logic [2:0]           own_r2_i,
-    input  logic                 other_r2_i,
-    // from the pipe, E1: its operation, what its limit leaves of operand a, operands c, b, a
+    output logic [31:0]          addend_r2_o,
+    // from the pipe, E1: what its limit leaves of operand a, operands c, b, a
     input  logic                 start_e1_i,
-    input  logic [1:0]           kind_e1_i,
     input  logic                 keep_e1_i,
+    input  logic                 nan_e1_i,
     input  logic                 least_e1_i,
     input  logic [2:0][31:0]     operand_e1_i,
-    output logic [31:0]          addend_e1_o,
     output fp_pkg::flags_t       flags_o
 );
 
@@ -42,8 +42,9 @@ module asip_lane (
   logic [2:0][5:0] index_d;
   logic [2:0][31:0] read_r1, read_r2_q, bypass_r2_q, word_r2, word_e1_q;  // by operand
   logic stream_d, stream_r1_q, stream_r2_q;  // operand a is a word of the stream
-  logic keep_e1, least_e1;
+  logic keep_r2, nan_r2, least_r2, keep_e1_q, least_e1_q;
   logic [1:0] own_e1_q;  // operands c, b
+  logic [1:0] kind_e1_q;
   logic [31:0] last_q, streamed_r2_q, result, a_e1, b_e1, c_e1;
   fp_pkg::flags_t flags;
 
@@ -92,13 +93,12 @@ module asip_lane (
   end
 
   asip_limit u_limit (
-      .clk_i,
-      .used_i (own_r2_i[0]),
       .below_i(below_r2_i),
       .above_i(above_r2_i),
       .word_i (word_r2[0]),
-      .keep_o (keep_e1),
-      .least_o(least_e1)
+      .keep_o (keep_r2),
+      .nan_o  (nan_r2),
+      .least_o(least_r2)
   );
 
   always_ff @(posedge clk_i) begin
@@ -117,15 +117,20 @@ module asip_lane (
     for (int unsigned i = 0; i < 3; i++) begin
       bypass_r2_q[i] <= ({32{next_r1_q[i]}} & result) | ({32{now_r1_q[i]}} & last_q);
     end
-    word_e1_q     <= word_r2;
-    own_e1_q      <= own_r2_i[2:1];
+  end
+
+  always_ff @(posedge clk_i) begin
+    kind_e1_q  <= kind_r2_i;
+    own_e1_q   <= own_r2_i[2:1];
+    keep_e1_q  <= own_r2_i[0] && (keep_r2 || nan_r2);
+    least_e1_q <= own_r2_i[0] && least_r2;
+    word_e1_q  <= word_r2;
     if (power_r2_i) word_e1_q[1] <= asip_pkg::power_of_two(word_r2[1][7:0]);
-    if (other_r2_i) word_e1_q[2] <= '0;
   end
 
   always_comb begin
-    a_e1 = asip_pkg::limited(word_e1_q[0], keep_e1, least_e1);  // one of the two is zero
-    a_e1 = a_e1 | asip_pkg::limited(operand_e1_i[0], keep_e1_i, least_e1_i);
+    a_e1 = asip_pkg::limited(word_e1_q[0], keep_e1_q, 1'b0, least_e1_q);  // one of the two is zero
+    a_e1 = a_e1 | asip_pkg::limited(operand_e1_i[0], keep_e1_i, nan_e1_i, least_e1_i);
   end
 
   assign b_e1 = own_e1_q[0] ? word_e1_q[1] : operand_e1_i[1];
@@ -135,7 +140,7 @@ module asip_lane (
       .clk_i,
       .rst_ni,
       .valid_i      (start_e1_i),
-      .kind_i       (kind_e1_i),
+      .kind_i       (kind_e1_q),
       .neg_product_i(1'b0),
       .neg_addend_i (1'b0),
       .a_i          (a_e1),
@@ -146,7 +151,7 @@ module asip_lane (
       .flags_o      (flags)
   );
 
-  assign addend_e1_o = word_e1_q[2];
+  assign addend_r2_o = word_r2[2];
   assign flags_o     = valid ? flags : '0;
 
 endmodule

@@ -242,9 +242,12 @@ package asip_pkg;
     logic [6:0] sweep_index;  // of bank K
   } guard_t;
 
-  // The word, -32 or 0. -32 has three bits set.
-  function automatic logic [31:0] limited(input logic [31:0] word, input logic keep, input logic least);
+  // The word, -32, a NaN, or 0. -32 has three bits set, which a negative NaN has too. A NaN keeps its quiet bit; only
+  // that and its being one count for the multiply-add.
+  function automatic logic [31:0] limited(input logic [31:0] word, input logic keep, input logic nan,
+                                          input logic least);
     limited = (word & {32{keep}}) | {least, least, 4'd0, least, 25'd0};
+    limited = limited | {1'b0, {8{nan}}, nan && word[22], 21'd0, nan};
   endfunction
 
   // 2^n, n being the lowest 8 bits of a word, S(8.0). Its exponent field n + 127 = n + 128 - 1 is found without a carry

@@ -4,14 +4,24 @@
 // issues steps the pointer if it takes a word; a seek in it sets the pointer for the bundle after it,
 // whether or not the bundle itself takes a word. A run begins at word 0. The first word follows the
 // last one. The host writes the memory between runs; a word is there two cycles after write_i.
+// The memory is read while a bundle is in Q, and again as long as it waits in D. So its blocks, which fill most of a
+// device, have a whole cycle to a register of R1. A second pointer is therefore that of the bundle in Q; a flush sets
+// it to the first one.
 module asip_stream #(
     parameter int unsigned Words = 1024,
     parameter int unsigned Lanes = 0      // besides the first
 ) (
     input  logic        clk_i,
     input  logic        rst_ni,
-    // from control and stage D
-    input  logic        clear_i,          // a run starts: no bundle issues in this cycle
+    // from control
+    input  logic        clear_i,          // fetch begins at an entry: no bundle issues in this cycle
+    input  logic        flush_i,          // the bundles in Q and D are void
+    // from stage Q
+    input  logic        advance_i,        // its bundle goes to D
+    input  logic        take_q_i,
+    input  logic        seek_q_i,
+    input  logic [14:0] seek_address_q_i,
+    // from stage D: of the bundle that issues
     input  logic        take_i,
     input  logic        seek_i,
     input  logic [14:0] seek_address_i,
@@ -26,7 +36,10 @@ module asip_stream #(
 
   localparam int unsigned AddressWidth = $clog2(Words);
 
-  logic [AddressWidth-1:0] pointer_q, address_q;
+  logic [AddressWidth-1:0] pointer_q;  // of the bundle in D
+  logic [AddressWidth-1:0] ahead_q;  // of the bundle in Q
+  logic [AddressWidth-1:0] address_q;
+  logic [Lanes:0][31:0] word_d;
   logic [31:0] data_q;
   logic [Lanes:0] write_q;  // by lane
   logic fits;
@@ -41,11 +54,21 @@ module asip_stream #(
     else if (take_i) pointer_q <= pointer_q + 1'b1;
   end
 
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) ahead_q <= '0;
+    else if (clear_i) ahead_q <= '0;
+    else if (flush_i) ahead_q <= pointer_q;
+    else if (advance_i && seek_q_i) ahead_q <= seek_address_q_i[AddressWidth-1:0];
+    else if (advance_i && take_q_i) ahead_q <= ahead_q + 1'b1;
+  end
+
   // The memories of many lanes lie across the device, far from the host's port.
   always_ff @(posedge clk_i) begin
     address_q <= write_address_i[AddressWidth-1:0];
     data_q    <= write_data_i;
   end
+
+  always_ff @(posedge clk_i) word_r1_o <= word_d;
 
   genvar l;
   generate
@@ -64,14 +87,14 @@ module asip_stream #(
           .write_address_i(address_q),
           .write_data_i   (data_q),
           .read_i         (1'b1),
-          .read_address_i (pointer_q),
-          .read_data_o    (word_r1_o[l])
+          .read_address_i (advance_i ? ahead_q : pointer_q),
+          .read_data_o    (word_d[l])
       );
     end
 
     if (AddressWidth < 15) begin : gen_unused
       logic unused_address;
-      assign unused_address = ^seek_address_i[14:AddressWidth];
+      assign unused_address = ^{seek_address_i[14:AddressWidth], seek_address_q_i[14:AddressWidth]};
     end
   endgenerate
 

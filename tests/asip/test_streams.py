@@ -41,9 +41,12 @@ def seek(pipe: int, address: int) -> object:
     return op("seek", imm=pipe << STREAM_BITS | address)
 
 
-def image(bundles: list, **blocks: list[int]) -> Image:
+def image(bundles: list, labels: dict[str, int] | None = None, **blocks: list[int]) -> Image:
     """Image whose multiply-adds read the blocks; k0 is 1."""
-    return bench.image("stream", bundles, {"k0": ONE}, outputs=0, streams=streams(**blocks))
+    constants = {"k0": ONE}
+    return bench.image(
+        "stream", bundles, constants, labels=labels or {}, outputs=0, streams=streams(**blocks)
+    )
 
 
 def take(register: str) -> object:
@@ -92,10 +95,33 @@ def test_stall__a_bundle_that_waits__takes_one_word():
     ]
 
 
+@pytest.mark.parametrize("taken", [0, 1])
+@pytest.mark.parametrize("gap", range(8))
+def test_branch__words_and_seeks_that_were_fetched_on_the_way__are_as_if_they_were_not(taken, gap):
+    bundles = [(take("a1"), take("b1"), seek(0, 2)), *[op("nop")] * gap]
+    bundles += [op("bnz" if taken else "bz", "k0", target="there"), (take("a2"), seek(1, 2))]
+    bundles += [take("a3"), take("b3")]
+    there = len(bundles)
+    bundles += [(take("a4"), take("b4")), (take("a5"), HALT)]
+    words = [*WORDS, ONE, TWO]
+    got = bench.verify(image(bundles, {"there": there}, A=words, B=words), timing=False)
+    want = {"a4": FOUR, "b4": TWO, "a5": EIGHT} if taken else {"a4": ONE, "b4": EIGHT, "a5": TWO}
+    assert {name: got.writes[name][0] for name in want} == want
+
+
 def test_run__begins_at_the_first_words_whatever_the_last_one_took():
     program = image([take("a1"), (take("a2"), HALT)], A=list(WORDS))
     first, again = bench.run(program), bench.run(program, loaded=True)
     assert first.writes == again.writes == {"a1": [ONE], "a2": [TWO]}
+
+
+def test_memory_written_between_runs__the_first_bundle_takes_the_new_word():
+    program = image([take("a1"), (take("a2"), HALT)], A=list(WORDS))
+    bench.run(program)
+    core = bench.core("stream")
+    core.write(CSR["STREAM"], 0)
+    core.write(REGMAP.blocks["streams"].base, EIGHT)
+    assert bench.run(program, loaded=True).writes == {"a1": [EIGHT], "a2": [TWO]}
 
 
 def test_memory__every_page_of_both_streams__and_the_words_behind_the_last():

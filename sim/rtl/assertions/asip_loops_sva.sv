@@ -19,7 +19,7 @@ module asip_loops_sva #(
     input logic [1:0][1:0] turning,
     input logic [15:0] target_q,
     input logic [1:0][Loops-1:0] more,
-    input logic [1:0][Loops-1:0][CountWidth-1:0] left
+    input logic [Loops-1:0][CountWidth-1:0] left
 );
 
   // Bundle that issues next, once one has since the last redirection.
@@ -43,7 +43,7 @@ module asip_loops_sva #(
   else $error("a bundle issues in the cycle of a redirection");
 
   RoundsLeft : assert property (@(posedge clk_i) disable iff (!rst_ni)
-      |more[0] |-> |left[0])
+      |more[0] |-> |left)
   else $error("a loop goes on without a round left");
 
   OneTurn : assert property (@(posedge clk_i) disable iff (!rst_ni)

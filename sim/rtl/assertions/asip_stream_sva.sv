@@ -11,12 +11,22 @@ module asip_stream_sva #(
     input logic seek_i,
     input logic [14:0] seek_address_i,
     input logic [Lanes:0] write_q,
-    input logic [AddressWidth-1:0] pointer_q
+    input logic advance_i,
+    input logic [AddressWidth-1:0] pointer_q,
+    input logic [AddressWidth-1:0] ahead_q
 );
 
   HostIdle : assert property (@(posedge clk_i) disable iff (!rst_ni)
       |write_q |-> !take_i && !seek_i)
   else $error("the host writes a stream that a run reads");
+
+  logic [AddressWidth-1:0] read_q;  // address of the word that the bundle in D may take
+
+  always_ff @(posedge clk_i) read_q <= advance_i ? ahead_q : pointer_q;
+
+  ReadAhead : assert property (@(posedge clk_i) disable iff (!rst_ni)
+      take_i |-> read_q == pointer_q)
+  else $error("the word read for the bundle in Q is not the one that it takes in D");
 
   NothingIssues : assert property (@(posedge clk_i) disable iff (!rst_ni)
       clear_i |-> !take_i && !seek_i)
