@@ -3,10 +3,13 @@
 // Contract: that of axil_bridge, with the word addresses of docs/regmap.md. The core holds an access while
 // a program runs; its own accesses take the cycles that asip_host states (write 1).
 module asip_axil #(
-    parameter int unsigned FmaPipes  = 2,
-    parameter int unsigned Slots     = 3,
-    parameter int unsigned Bundles   = asip_isa_pkg::PROGRAM_BUNDLES,
-    parameter int unsigned DataWords = asip_isa_pkg::DATA_WORDS
+    parameter int unsigned FmaPipes    = 2,
+    parameter int unsigned Slots       = 3,
+    parameter int unsigned Bundles     = asip_isa_pkg::PROGRAM_BUNDLES,
+    parameter int unsigned DataWords   = asip_isa_pkg::DATA_WORDS,
+    parameter int unsigned StreamWords = 0,
+    parameter int unsigned Loops       = 0,
+    parameter int unsigned Lanes       = 0
 ) (
     input  logic                                      clk_i,
     input  logic                                      rst_ni,
@@ -80,10 +83,13 @@ module asip_axil #(
   asip_pkg::hook_out_t hook;
 
   asip #(
-      .FmaPipes (FmaPipes),
-      .Slots    (Slots),
-      .Bundles  (Bundles),
-      .DataWords(DataWords)
+      .FmaPipes   (FmaPipes),
+      .Slots      (Slots),
+      .Bundles    (Bundles),
+      .DataWords  (DataWords),
+      .StreamWords(StreamWords),
+      .Loops      (Loops),
+      .Lanes      (Lanes)
   ) u_asip (
       .clk_i,
       .rst_ni,

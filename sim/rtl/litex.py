@@ -41,13 +41,13 @@ class Asip(LiteXModule):
     SIZE = 1 << ADDRESS_BITS
 
     def __init__(self, platform, configuration: str = "fast") -> None:
-        """`configuration` is `fast` or `small`. Raises ValueError for another one."""
-        isa = default_isa()
-        known = {name: isa.configurations[name] for name in isa.without_streams}
+        """`configuration` is one of isa.toml: `fast`, `small`, `stream` or `wide`. Raises ValueError
+        for another one.
+        """
+        known = default_isa().configurations
         if configuration not in known:
             names = ", ".join(known)
             raise ValueError(f"no configuration '{configuration}'; there are {names}")
-        shape = known[configuration]
         self.bus = AXILiteInterface(data_width=32, address_width=32)
         self.ev = EventManager()
         self.ev.run = EventSourceLevel(description="A run has ended.")
@@ -56,11 +56,10 @@ class Asip(LiteXModule):
         self.comb += self.ev.run.trigger.eq(interrupt)
         self.specials += Instance(
             TOP,
-            p_FmaPipes=shape.fma_pipes,
-            p_Slots=len(shape.slots),
             i_clk_i=ClockSignal(),
             i_rst_ni=~ResetSignal(),
             o_irq_o=interrupt,
+            **{f"p_{name}": value for name, value in known[configuration].parameters.items()},
             **self._pins(),
         )
         for path in sources_of(TOP):

@@ -25,6 +25,31 @@ SOURCES = file_list("asip/asip.f")
 SOURCES += [ROOT / "rtl/bus/axil_bridge.sv", ROOT / "rtl/asip/asip_axil.sv"]
 BENCH = Path(__file__).with_name("axil_tb.py")
 PROGRAM = ROOT / "sim/core/host/leg_length.s"
+HEADER = """.program "weights"
+.config {configuration}
+.input x, y, z
+.input counter : int
+.output sum, safe = 0.0
+"""
+WEIGHTED = {
+    "stream": """.stream W, pin A = 0.5, -2.0, 4.0
+        seek W
+        fmul s, W+, x
+        fmadd t, W+, y, s
+        fmadd sum_of, W+, z, t
+        mov sum, sum_of
+        halt
+""",
+    "wide": """.vectors W, pin B = 0.5, -2.0, 4.0, 8.0, 1.0, 3.0, -1.5, 0.25
+        seek W
+        vfmul v, W+, x
+        vfmadd w, W+, y, v
+        vout sum_of, z, w, 2
+        mov sum, sum_of
+        halt
+""",
+}
+"""Programs of the configurations with streams, from which the model and the core must read."""
 TICKS = ((3.0, 0.5, 4.0, 7), (-1.5, 2.25, 0.125, -12), (1e-3, 0.0, 1e3, 40000))
 
 
@@ -44,20 +69,25 @@ def plan(image) -> dict:
 
 
 @pytest.mark.quick("fast")
+@pytest.mark.parametrize("configuration", default_isa().configurations)
 def test_axil__every_scenario(configuration):
-    shape = default_isa().configurations[configuration]
     folder = ROOT / "build/axil" / configuration
     folder.mkdir(parents=True, exist_ok=True)
     todo = folder / "plan.json"
-    todo.write_text(json.dumps(plan(assemble(PROGRAM, configuration=configuration))))
-    parameters = {"FmaPipes": shape.fma_pipes, "Slots": len(shape.slots)}
+    program = PROGRAM
+    if configuration in WEIGHTED:
+        program = folder / "weights.s"
+        program.write_text(HEADER.format(configuration=configuration) + WEIGHTED[configuration])
+    todo.write_text(json.dumps(plan(assemble(program, configuration=configuration))))
+    parameters = default_isa().configurations[configuration].parameters
     environment = {"AXIL_PLAN": str(todo)}
     run_scenarios("asip_axil", SOURCES, BENCH, folder, parameters, environment)
 
 
-@pytest.mark.parametrize("parameters", [(), ("-GFmaPipes=1", "-GSlots=1")])
-def test_axil__lint(parameters):
+@pytest.mark.parametrize("configuration", default_isa().configurations)
+def test_axil__lint(configuration):
     command = [verilator_driver(), "--lint-only", "-Wall", "--quiet", "--top-module", "asip_axil"]
-    command += [*parameters, WAIVERS, *SOURCES]
+    parameters = default_isa().configurations[configuration].parameters
+    command += [*(f"-G{name}={value}" for name, value in parameters.items()), WAIVERS, *SOURCES]
     done = subprocess.run(command, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
