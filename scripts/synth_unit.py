@@ -52,6 +52,7 @@ KEPT = (
         "fp_sincos",
     ),
     "fp_sincos_overlapped",
+    "ram_block",  # its outputs go to registers; a mapper saves area up to the slowest path it sees
     "asip_lane",  # a lane keeps its own copies of control registers
 )
 OPEN = ("trace_", "hook_")  # ports of simulation and of a debug block, left open
@@ -167,7 +168,7 @@ def units_kept(read: str) -> str:
     with what is around them count differently each time.
     """
     units = (unit for unit in KEPT if f"{unit}.sv" in read)
-    return "".join(f"setattr -mod -set keep_hierarchy 1 {unit}; " for unit in units)
+    return "".join(f"setattr -mod -set keep_hierarchy 1 *{unit}*; " for unit in units)
 
 
 def ecp5_commands(top: str, netlist: Path) -> str:
