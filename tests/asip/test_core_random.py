@@ -62,7 +62,7 @@ class Writer:
         states = [f"{bank}{i}" for bank in banks for i in range(self.registers)]
         while len(self.rows) < BUNDLES:
             self.step()
-        head = [f'.program "random {SEED}"', f".config {self.configuration}"]
+        head = [f'.program "random {SEED}"', f".config {self.configuration}", ".watchdog 50000"]
         head += [f".state s_{name} : int = 0x{self.word():08x}, pin {name}" for name in states]
         head += [f".state s_{name} : int = {self.rng.randrange(4)}, pin {name}" for name in INDEX]
         head += [f".state s_{COUNTER} : int = 0, pin {COUNTER}"]
