@@ -22,6 +22,7 @@ module asip_lane (
     input  logic                 below_r2_i,
     input  logic                 above_r2_i,
     input  logic [2:0]           own_r2_i,
+    // to the pipe, R2
     output logic [31:0]          addend_r2_o,
     // from the pipe, E1: what its limit leaves of operand a, operands c, b, a
     input  logic                 start_e1_i,

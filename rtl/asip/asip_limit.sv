@@ -2,7 +2,7 @@
 // asip_limit: what a vector operation with a limit leaves of its operand a. Combinational.
 // Contract: with below_i the operand becomes max(min(a, 0), -32), with above_i max(a, 0); a NaN stays one, and without
 // either the operand passes. asip_pkg::limited makes the result of the three outputs: the operand passes with keep_o,
-// a NaN stays one with nan_o, which is late and depends on the word alone, and -32 comes of least_o. At most one of
+// a NaN stays one with nan_o, which is late and depends on the word alone, and -32 comes from least_o. At most one of
 // below_i and above_i is set.
 module asip_limit (
     input  logic        below_i,

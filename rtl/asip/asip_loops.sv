@@ -7,7 +7,7 @@
 // F2, so the last bundle of the body is the one that pc_q reads.
 // Two copies of the state: that of F2 runs ahead, that of D follows the bundles that issue. A redirection of
 // fetch copies the second to the first, so a branch or a debug block may void what was fetched. The copy of F2 takes
-// a `loop` from P, where it is decoded, in time for a mark in the bundle after it.
+// a `loop` from P, where it is already decoded, in time for a mark in the bundle after it.
 module asip_loops #(
     parameter int unsigned Loops = 3  // levels
 ) (

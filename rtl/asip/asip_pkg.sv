@@ -242,8 +242,8 @@ package asip_pkg;
     logic [6:0] sweep_index;  // of bank K
   } guard_t;
 
-  // The word, -32, a NaN, or 0. -32 has three bits set, which a negative NaN has too. A NaN keeps its quiet bit; only
-  // that and its being one count for the multiply-add.
+  // The word, -32, a NaN, or 0. -32 has three bits set, which a negative NaN has too. The multiply-add uses only two
+  // facts of a NaN: that it is one, and its quiet bit.
   function automatic logic [31:0] limited(input logic [31:0] word, input logic keep, input logic nan,
                                           input logic least);
     limited = (word & {32{keep}}) | {least, least, 4'd0, least, 25'd0};

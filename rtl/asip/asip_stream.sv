@@ -3,10 +3,10 @@
 // Contract: word_r1_o are the next words of the bundle that was in stage D one cycle before, by lane. The bundle that
 // issues steps the pointer if it takes a word; a seek in it sets the pointer for the bundle after it,
 // whether or not the bundle itself takes a word. A run begins at word 0. The first word follows the
-// last one. The host writes the memory between runs; a word is there two cycles after write_i.
+// last one. The host writes the memory while no bundle issues; one that issues three cycles after write_i gets the word.
 // The memory is read while a bundle is in Q, and again as long as it waits in D. So its blocks, which fill most of a
 // device, have a whole cycle to a register of R1. A second pointer is therefore that of the bundle in Q; a flush sets
-// it to the first one.
+// it to the pointer of D.
 module asip_stream #(
     parameter int unsigned Words = 1024,
     parameter int unsigned Lanes = 0      // besides the first
@@ -27,7 +27,7 @@ module asip_stream #(
     input  logic [14:0] seek_address_i,
     // to the operand stage, R1
     output logic [Lanes:0][31:0] word_r1_o,
-    // from the host, idle only
+    // from the host, while no bundle issues
     input  logic        write_i,
     input  logic [1:0]  write_lane_i,
     input  logic [14:0] write_address_i,

@@ -83,6 +83,7 @@ module debug_asip #(
   logic [1:0] watches;
   logic held, halted, committing, overflow, black_box, triggered, armed;
   logic [2:0] reason, which, channel, last_channel;
+  logic wrote_q;
   logic [15:0] next, last, version, run_version;
   logic [7:0] staged;
   logic [1:0] scope_state, size_log2;
@@ -201,10 +202,16 @@ module debug_asip #(
   );
 
   // ================================================================ core
+  // A word of a stream is in its memory two clocks after its write. A bundle that is released just then waits for it.
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) wrote_q <= 1'b0;
+    else wrote_q <= core_write && !core_wait && halted;
+  end
+
   always_comb begin
     hook_in        = '0;
     hook_in.stop_q = stop_q;
-    hook_in.stop_d = stop_d;
+    hook_in.stop_d = stop_d || wrote_q;
     hook_in.freeze = freeze;
     hook_in.open   = halted;
     hook_in.wait_k = wait_k;

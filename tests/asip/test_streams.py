@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Streams on the core against the instruction-set model: words, places, cycles, faults, the host.
 
-The programs are straight-line, so that every one also checks the cycles that the machine
-description gives: a stream makes no bundle wait.
+Programs without a branch also check the cycles that the machine description gives: a stream makes
+no bundle wait.
 """
 
 from __future__ import annotations

@@ -28,9 +28,13 @@ module asip_stream_sva #(
       take_i |-> read_q == pointer_q)
   else $error("the word read for the bundle in Q is not the one that it takes in D");
 
+  Written : assert property (@(posedge clk_i) disable iff (!rst_ni)
+      |write_q |=> !take_i)
+  else $error("a bundle takes a word that was read while the host wrote");
+
   NothingIssues : assert property (@(posedge clk_i) disable iff (!rst_ni)
       clear_i |-> !take_i && !seek_i)
-  else $error("a bundle issues in the cycle in which a run starts");
+  else $error("a bundle issues in the cycle in which fetch begins at an entry");
 
   FirstWord : assert property (@(posedge clk_i) disable iff (!rst_ni)
       clear_i |=> pointer_q == '0)
