@@ -83,7 +83,6 @@ module debug_asip #(
   logic [1:0] watches;
   logic held, halted, committing, overflow, black_box, triggered, armed;
   logic [2:0] reason, which, channel, last_channel;
-  logic wrote_q;
   logic [15:0] next, last, version, run_version;
   logic [7:0] staged;
   logic [1:0] scope_state, size_log2;
@@ -202,16 +201,10 @@ module debug_asip #(
   );
 
   // ================================================================ core
-  // A word of a stream is in its memory two clocks after its write. A bundle that is released just then waits for it.
-  always_ff @(posedge clk_i or negedge rst_ni) begin
-    if (!rst_ni) wrote_q <= 1'b0;
-    else wrote_q <= core_write && !core_wait && halted;
-  end
-
   always_comb begin
     hook_in        = '0;
     hook_in.stop_q = stop_q;
-    hook_in.stop_d = stop_d || wrote_q;
+    hook_in.stop_d = stop_d;
     hook_in.freeze = freeze;
     hook_in.open   = halted;
     hook_in.wait_k = wait_k;
@@ -254,6 +247,7 @@ module debug_asip #(
       .csr_write_i  (csr_write),
       .csr_index_i  (csr_index),
       .csr_data_i   (block_writedata),
+      .host_write_i (core_write && !core_wait),
       .core_i       (hook),
       .issue_i      (trace_issue_o),
       .pc_d_i       (trace_pc_o),

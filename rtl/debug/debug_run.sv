@@ -11,6 +11,7 @@ module debug_run (
     input  logic                    csr_write_i,
     input  logic [5:0]              csr_index_i,
     input  logic [31:0]             csr_data_i,
+    input  logic                    host_write_i,   // to a memory or register of the core, taken
     // from the core
     input  asip_pkg::hook_out_t     core_i,
     input  logic                    issue_i,
@@ -48,6 +49,7 @@ module debug_run (
   logic watchdog_runs_q, stop_at_start_q, abort_q;
   logic control, halt, resume, step, hit, watched, waits;
   logic held_q, halted_q, release_q, look_d, changed_q, late_q;
+  logic wrote_q;  // a word of a stream may be on its way to its memory
   logic [15:0] looked;
   logic [2:0] reason_q, which_q, hit_which;
   logic [15:0] next_q, last_q;
@@ -89,7 +91,9 @@ module debug_run (
     if (!rst_ni) begin
       changed_q <= 1'b0;
       late_q    <= 1'b0;
+      wrote_q   <= 1'b0;
     end else begin
+      wrote_q   <= host_write_i && halted_q;
       changed_q <= csr_write_i && (csr_index_i == debug_regmap_pkg::REG_ENABLE ||
                    (csr_index_i & ~(6'(Breakpoints - 1))) == debug_regmap_pkg::REG_BREAK);
       late_q    <= changed_q && core_i.advance && !core_i.run;
@@ -208,7 +212,7 @@ module debug_run (
 
   assign stop_q_o = held_q || (|match_q_q);
   assign stop_d_o = ((held_q || (|match_d_q) || (stop_at_start_q && !core_i.run)) && !release_q) ||
-                    late_q;
+                    late_q || wrote_q;
   assign freeze_o = halted_o && !watchdog_runs_q;
   assign abort_o  = abort_q;
   assign watchdog_runs_o = watchdog_runs_q;

@@ -11,7 +11,8 @@ module debug_run_sva (
     input logic                resume,
     input logic                held_o,
     input logic                halted_o,
-    input logic                freeze_o
+    input logic                freeze_o,
+    input logic                wrote_q
 );
 
   HeldIssuesNothing : assert property (@(posedge clk_i) disable iff (!rst_ni)
@@ -30,6 +31,10 @@ module debug_run_sva (
   StopsAtBreakpoint : assert property (@(posedge clk_i) disable iff (!rst_ni)
       issue_i && |match_d_q |-> $past(release_q))
   else $error("a bundle with a breakpoint issued without a release");
+
+  WrittenFirst : assert property (@(posedge clk_i) disable iff (!rst_ni)
+      wrote_q |=> !issue_i)
+  else $error("a bundle issued while a word that the host wrote is on its way to its memory");
 
   FreezesHalted : assert property (@(posedge clk_i) disable iff (!rst_ni)
       freeze_o |-> halted_o)
