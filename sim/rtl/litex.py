@@ -41,9 +41,7 @@ class Asip(LiteXModule):
     SIZE = 1 << ADDRESS_BITS
 
     def __init__(self, platform, configuration: str = "fast") -> None:
-        """`configuration` is one of isa.toml: `fast`, `small`, `stream` or `wide`. Raises ValueError
-        for another one.
-        """
+        """`configuration` is `fast`, `small`, `stream` or `wide`. Raises ValueError otherwise."""
         known = default_isa().configurations
         if configuration not in known:
             names = ", ".join(known)
