@@ -55,8 +55,6 @@ KEPT = (
     "ram_block",  # a mapper saves area up to the slowest path that it sees, and a memory is slow
     "asip_lane",  # a lane keeps its own copies of control registers
 )
-WITH_PARAMETERS = ("ram_block",)
-"""Those of KEPT that have parameters."""
 OPEN = ("trace_", "hook_")  # ports of simulation and of a debug block, left open
 ALM_CLASSES = {
     "alut": r"MISTRAL_(ALUT\w*|NOT|BUF)",
@@ -169,13 +167,11 @@ def units_kept(read: str) -> str:
     Logic shared by several of them would lie far from most of them, and units that are mapped again
     with what is around them count differently each time.
     """
-
-    def names(unit: str) -> str:
-        """Of the module: one with parameters has its own name in an attribute."""
-        return f"A:hdlname={unit}" if unit in WITH_PARAMETERS else unit
-
+    # A module with parameters has the name of its source in an attribute.
     units = (unit for unit in KEPT if f"{unit}.sv" in read)
-    return "".join(f"setattr -mod -set keep_hierarchy 1 {names(unit)}; " for unit in units)
+    return "".join(
+        f"setattr -mod -set keep_hierarchy 1 {unit} A:hdlname={unit}; " for unit in units
+    )
 
 
 def ecp5_commands(top: str, netlist: Path) -> str:

@@ -49,7 +49,7 @@ WEIGHTED = {
         halt
 """,
 }
-"""Programs of the configurations with streams, from which the model and the core must read."""
+"""Programs that need what a configuration has more than `fast`: a stream, and lanes."""
 TICKS = ((3.0, 0.5, 4.0, 7), (-1.5, 2.25, 0.125, -12), (1e-3, 0.0, 1e3, 40000))
 
 
