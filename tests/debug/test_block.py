@@ -8,14 +8,16 @@ import random
 import numpy as np
 import pytest
 
+from asip_asm.assemble import assemble
 from sim.debug.client import DebugError
+from sim.debug.packets import Packet, Type, encode, pack_words
 from sim.debug.state import REGISTER, REGMAP, word_of
 from sim.rtl.asip_bus import BLOCK, CSR, START
 from sim.rtl.asip_rtl import AsipRtl
 from tests.asip import core_bench
 from tests.bench.seed import SEED
 from tests.debug import campaigns
-from tests.debug.campaigns import SHIPPED, loaded, model, random_halts, shipped, written
+from tests.debug.campaigns import SHIPPED, client_of, loaded, model, random_halts, shipped, written
 
 SUM = """.program "sum"
 .input x
@@ -292,3 +294,55 @@ def test_random_address__beyond_the_map__is_answered(bench) -> None:
         assert 0 <= client.read_word(0x4000 + rng.randrange(1 << 13)) < 1 << 32
     rtl.write(CSR["CONTROL"], START)
     ended(client)
+
+
+TAKE = """.program "a word of a stream"
+.config stream
+.input x
+.output z, safe = 5.0
+.stream W, pin A = 1.0
+  seek W
+  fmul z_of, W+, x
+  mov z, z_of
+  halt
+"""
+
+
+def test_host_writes_a_word__as_the_serial_link_releases_its_bundle__old_or_new_never_both(
+    tmp_path,
+):
+    """The assertions of the stream report a word that is read while it is written."""
+    source = tmp_path / "take.s"
+    source.write_text(TAKE)
+    image, rtl = assemble(source), model("stream")
+    resume = REGMAP.registers["CONTROL"].word(resume=1)
+    place = REGISTER["CONTROL"].to_bytes(2, "little")
+    packet = encode(Packet(Type.WRITE, 1, place + pack_words([resume])))
+
+    def issued(clocks: int | None) -> tuple[int, float]:
+        """Clock of the first issue; output, with a write after so many clocks of the packet."""
+        rtl.reset()
+        client_of(rtl).load(image)
+        rtl.serial_link()
+        rtl.write(BLOCK["constants"] + image.inputs[0].index, 0x3F800000)
+        rtl.write(CSR["STREAM"], 0)
+        rtl.write(REGISTER["CONTROL"], REGMAP.registers["CONTROL"].word(halt=1))
+        rtl.write(CSR["CONTROL"], START)
+        rtl.clock(40)
+        rtl.write(REGISTER["CONTROL"], REGMAP.registers["CONTROL"].word(step=1))  # the seek
+        rtl.clock(40)
+        rtl.trace()
+        rtl.send_line(packet)
+        if clocks is None:
+            rtl.clock(3000)
+        else:
+            rtl.clock(clocks)
+            rtl.write(BLOCK["streams"], 0x41000000)
+            rtl.clock(3000 - clocks)
+        word = rtl.read(BLOCK["outputs"] + image.outputs[0].index)
+        return rtl.traced_issues()[0][0], np.uint32(word).view(np.float32)
+
+    first, value = issued(None)
+    assert value == 1
+    values = [issued(first + offset)[1] for offset in range(-12, 5)]
+    assert set(values) == {1.0, 8.0} and values == sorted(values, reverse=True)
