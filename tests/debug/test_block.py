@@ -308,7 +308,7 @@ TAKE = """.program "a word of a stream"
 """
 
 
-def test_host_writes_a_word__as_the_serial_link_releases_its_bundle__old_or_new_never_both(
+def test_host_writes_a_word__as_the_serial_link_releases_its_bundle__old_or_new(
     tmp_path,
 ):
     """The assertions of the stream report a word that is read while it is written."""
