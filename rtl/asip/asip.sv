@@ -396,8 +396,9 @@ module asip #(
         logic [31:0] addend_lanes_r2;
         logic [2:0] own_r2;  // by operand
         logic [31:0] factor_e1_q, addend_e1_q;  // operands b, c
-        logic keep_r2, nan_r2, least_r2, keep_e1_q, nan_e1_q, least_e1_q;  // what the limit leaves of operand a
-        logic keep_lanes_e1_q, nan_lanes_e1_q, least_lanes_e1_q;  // zero where a lane has an operand a of its own
+        logic keep_r2, least_r2, keep_e1_q, least_e1_q;  // what the limit leaves of operand a
+        logic [1:0] nan_r2, nan_e1_q, nan_lanes_e1_q;
+        logic keep_lanes_e1_q, least_lanes_e1_q;  // these are zero where a lane has an operand a of its own
         localparam logic [2:0] Own = p == 0 ? asip_isa_pkg::BANK_A : asip_isa_pkg::BANK_B;
 
         assign op_r2                = ops_r2_q[OpWidth*p+:OpWidth];
@@ -422,7 +423,7 @@ module asip #(
 
         always_ff @(posedge clk_i) begin
           {keep_e1_q, nan_e1_q, least_e1_q} <= {keep_r2, nan_r2, least_r2};
-          {keep_lanes_e1_q, nan_lanes_e1_q, least_lanes_e1_q} <= {keep_r2, nan_r2, least_r2} & {3{!own_r2[0]}};
+          {keep_lanes_e1_q, nan_lanes_e1_q, least_lanes_e1_q} <= {keep_r2, nan_r2, least_r2} & {4{!own_r2[0]}};
           factor_e1_q <= op_r2.power ? asip_pkg::power_of_two(operand_r2[3*p+1][7:0]) : operand_r2[3*p+1];
           addend_e1_q <= op_r2.pick && (|op_r2.b[1:0]) ? addend_lanes_r2 : operand_r2[3*p+2];
         end

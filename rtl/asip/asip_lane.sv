@@ -27,7 +27,7 @@ module asip_lane (
     // from the pipe, E1: what its limit leaves of operand a, operands c, b, a
     input  logic                 start_e1_i,
     input  logic                 keep_e1_i,
-    input  logic                 nan_e1_i,
+    input  logic [1:0]           nan_e1_i,
     input  logic                 least_e1_i,
     input  logic [2:0][31:0]     operand_e1_i,
     output fp_pkg::flags_t       flags_o
@@ -39,17 +39,19 @@ module asip_lane (
   logic write_q, valid;
   logic [5:0] write_index_q;
   logic [2:0] here, soon, next, now;  // by operand
-  logic [2:0] soon_r1_q, next_r1_q, now_r1_q, zero_r1_q, soon_r2_q, bypassed_r2_q;
+  logic [2:0] soon_r1_q, next_r1_q, now_r1_q, here_r1_q, take_r1, soon_r2_q;
   logic [2:0][5:0] index_d;
   logic [2:0][31:0] read_r1, read_r2_q, bypass_r2_q, word_r2, word_e1_q;  // by operand
-  logic stream_d, stream_r1_q, stream_r2_q;  // operand a is a word of the stream
-  logic keep_r2, nan_r2, least_r2, keep_e1_q, least_e1_q;
+  logic stream_d, stream_r1_q;  // operand a is a word of the stream
+  logic keep_r2, least_r2, keep_e1_q, least_e1_q;
+  logic [1:0] nan_r2;
   logic [1:0] own_e1_q;  // operands c, b
   logic [1:0] kind_e1_q;
   logic [31:0] last_q, streamed_r2_q, result, a_e1, b_e1, c_e1;
   fp_pkg::flags_t flags;
 
   assign stream_d = source_d_i[0][8:6] == asip_isa_pkg::BANK_S;
+  assign take_r1  = here_r1_q & ~(soon_r1_q | next_r1_q | now_r1_q);
 
   always_comb begin
     for (int unsigned i = 0; i < 3; i++) begin
@@ -83,14 +85,12 @@ module asip_lane (
       .read_data_o  (read_r1)
   );
 
-  // As in asip_operands_multiple: what was or is written back takes the place of what was read.
+  // As in asip_operands_multiple, whatever is not the word is zero when it leaves R1.
   always_comb begin
     for (int unsigned i = 0; i < 3; i++) begin
-      if (soon_r2_q[i]) word_r2[i] = result;
-      else if (bypassed_r2_q[i]) word_r2[i] = bypass_r2_q[i];
-      else word_r2[i] = read_r2_q[i];
+      word_r2[i] = read_r2_q[i] | bypass_r2_q[i] | ({32{soon_r2_q[i]}} & result);
     end
-    if (stream_r2_q) word_r2[0] = streamed_r2_q;
+    word_r2[0] = word_r2[0] | streamed_r2_q;
   end
 
   asip_limit u_limit (
@@ -107,15 +107,13 @@ module asip_lane (
     soon_r1_q     <= soon;
     next_r1_q     <= next;
     now_r1_q      <= now;
-    zero_r1_q     <= ~here;
+    here_r1_q     <= here;
     stream_r1_q   <= stream_d;
     last_q        <= result;
     soon_r2_q     <= soon_r1_q;
-    bypassed_r2_q <= next_r1_q | now_r1_q | zero_r1_q;
-    stream_r2_q   <= stream_r1_q;
-    read_r2_q     <= read_r1;
-    streamed_r2_q <= word_r1_i;
+    streamed_r2_q <= stream_r1_q ? word_r1_i : 32'd0;
     for (int unsigned i = 0; i < 3; i++) begin
+      read_r2_q[i]   <= take_r1[i] ? read_r1[i] : 32'd0;
       bypass_r2_q[i] <= ({32{next_r1_q[i]}} & result) | ({32{now_r1_q[i]}} & last_q);
     end
   end
@@ -123,14 +121,14 @@ module asip_lane (
   always_ff @(posedge clk_i) begin
     kind_e1_q  <= kind_r2_i;
     own_e1_q   <= own_r2_i[2:1];
-    keep_e1_q  <= own_r2_i[0] && (keep_r2 || nan_r2);
+    keep_e1_q  <= own_r2_i[0] && (keep_r2 || (&nan_r2));
     least_e1_q <= own_r2_i[0] && least_r2;
     word_e1_q  <= word_r2;
     if (power_r2_i) word_e1_q[1] <= asip_pkg::power_of_two(word_r2[1][7:0]);
   end
 
   always_comb begin
-    a_e1 = asip_pkg::limited(word_e1_q[0], keep_e1_q, 1'b0, least_e1_q);  // one of the two is zero
+    a_e1 = asip_pkg::limited(word_e1_q[0], keep_e1_q, 2'b00, least_e1_q);  // one of the two is zero
     a_e1 = a_e1 | asip_pkg::limited(operand_e1_i[0], keep_e1_i, nan_e1_i, least_e1_i);
   end
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_operands_multiple: asip_operands for several slots, each bank a memory of its own.
-// Contract: that of asip_operands, cycle by cycle.
+// Contract: that of asip_operands, cycle by cycle. As in asip_operands_single, whatever is not the operand is zero when
+// it leaves stage R1, so stage R2 is an OR.
 module asip_operands_multiple #(
     parameter int unsigned FmaPipes   = 2,
     parameter int unsigned Ports      = 9,
@@ -47,13 +48,14 @@ module asip_operands_multiple #(
   logic [2:0][31:0] bank_word;
   logic [2:0] bank_write;
   logic [Ports-1:0][WordWidth-1:0] read_k_word;
-  logic [Ports-1:0][2:0] bank_r1_q, from_r2_q;
-  logic [Ports-1:0][2:0] soon_r1_q, next_r1_q, now_r1_q;  // one of banks A, B, C, or none
+  logic [Ports-1:0][2:0] bank_r1_q;
+  logic [Ports-1:0][2:0] soon_r1_q, next_r1_q, now_r1_q, soon_r2_q;  // one of banks A, B, C, or none
+  logic [Ports-1:0] take_k_r1;
+  logic sweep_r1;  // the sweep reads a word of bank K
   logic [Ports-1:0][31:0] read_a, read_b, read_c, read_k;
   logic [Ports-1:0][31:0] read_a_r2_q, read_b_r2_q, read_c_r2_q, read_k_r2_q, bypass_r2_q;
   logic [Ports-1:0][31:0] operand_r2, operand_e1_q;
-  logic [Ports-1:0][31:0] stream_r2;  // of the stream of the port's slot
-  logic [Ports-1:0] streams_r2;
+  logic [Ports-1:0][31:0] stream_r2;  // of the stream of the port's slot, or zero
   logic [2:0][31:0] last_data_q;
   logic [2:0] host_write;
 
@@ -80,7 +82,8 @@ module asip_operands_multiple #(
   generate
     for (p = 0; p < Ports; p++) begin : gen_port
       logic [8:0] source;
-      logic [2:0] in_bank, soon, next, now, from_r1;
+      logic [2:0] in_bank, soon, next, now, take_r1;
+      logic bypassed_r1;
       logic [31:0] bypass_r1;
 
       if (p == HostPort) begin : gen_host
@@ -98,19 +101,15 @@ module asip_operands_multiple #(
         assign now[bank]  = in_bank[bank] && write_i[bank] && write_index_i[bank] == source[5:0];
       end
 
-      // R1: what was or is written back goes to the bypass register, as does zero.
+      // R1: what was or is written back goes to the bypass register. Nothing reads a word of bank K during a sweep but
+      // the check of its parity.
+      assign bypassed_r1  = (|soon_r1_q[p]) || (|next_r1_q[p]) || (|now_r1_q[p]);
+      assign take_r1[0]   = bank_r1_q[p] == asip_isa_pkg::BANK_A && !bypassed_r1;
+      assign take_r1[1]   = bank_r1_q[p] == asip_isa_pkg::BANK_B && !bypassed_r1;
+      assign take_r1[2]   = bank_r1_q[p] == asip_isa_pkg::BANK_C && !bypassed_r1;
+      assign take_k_r1[p] = bank_r1_q[p][2:1] == asip_isa_pkg::BANK_K[2:1] || sweep_r1;
+
       always_comb begin
-        case (bank_r1_q[p])
-          asip_isa_pkg::BANK_A: from_r1 = asip_pkg::SELECT_A;
-          asip_isa_pkg::BANK_B: from_r1 = asip_pkg::SELECT_B;
-          asip_isa_pkg::BANK_C: from_r1 = asip_pkg::SELECT_C;
-          asip_isa_pkg::BANK_ZERO: from_r1 = asip_pkg::SELECT_BYPASS;
-          default: from_r1 = asip_pkg::SELECT_K;
-        endcase
-        if (|next_r1_q[p] || |now_r1_q[p]) from_r1 = asip_pkg::SELECT_BYPASS;
-        if (soon_r1_q[p][0]) from_r1 = asip_pkg::SELECT_RESULT_A;
-        if (soon_r1_q[p][1]) from_r1 = asip_pkg::SELECT_RESULT_B;
-        if (soon_r1_q[p][2]) from_r1 = asip_pkg::SELECT_RESULT_C;
         bypass_r1 = 32'd0;
         for (int unsigned b = 0; b < 3; b++) begin
           bypass_r1 = bypass_r1 | ({32{next_r1_q[p][b]}} & write_data_i[b]) | ({32{now_r1_q[p][b]}} & last_data_q[b]);
@@ -122,27 +121,20 @@ module asip_operands_multiple #(
         soon_r1_q[p]   <= soon;
         next_r1_q[p]   <= next;
         now_r1_q[p]    <= now;
-        from_r2_q[p]   <= from_r1;
-        read_a_r2_q[p] <= read_a[p];
-        read_b_r2_q[p] <= read_b[p];
-        read_c_r2_q[p] <= read_c[p];
-        read_k_r2_q[p] <= read_k[p];
+        soon_r2_q[p]   <= soon_r1_q[p];
+        read_a_r2_q[p] <= take_r1[0] ? read_a[p] : 32'd0;
+        read_b_r2_q[p] <= take_r1[1] ? read_b[p] : 32'd0;
+        read_c_r2_q[p] <= take_r1[2] ? read_c[p] : 32'd0;
+        read_k_r2_q[p] <= take_k_r1[p] ? read_k[p] : 32'd0;
         bypass_r2_q[p] <= bypass_r1;
         operand_e1_q[p] <= operand_r2[p];
       end
 
-      always_comb begin
-        case (from_r2_q[p])
-          asip_pkg::SELECT_A: operand_r2[p] = read_a_r2_q[p];
-          asip_pkg::SELECT_B: operand_r2[p] = read_b_r2_q[p];
-          asip_pkg::SELECT_C: operand_r2[p] = read_c_r2_q[p];
-          asip_pkg::SELECT_K: operand_r2[p] = streams_r2[p] ? stream_r2[p] : read_k_r2_q[p];
-          asip_pkg::SELECT_RESULT_A: operand_r2[p] = write_data_i[0];
-          asip_pkg::SELECT_RESULT_B: operand_r2[p] = write_data_i[1];
-          asip_pkg::SELECT_RESULT_C: operand_r2[p] = write_data_i[2];
-          default: operand_r2[p] = bypass_r2_q[p];
-        endcase
-      end
+      assign operand_r2[p] = read_a_r2_q[p] | read_b_r2_q[p] | read_c_r2_q[p] | read_k_r2_q[p] |
+                             stream_r2[p] | bypass_r2_q[p] |
+                             ({32{soon_r2_q[p][0]}} & write_data_i[0]) |
+                             ({32{soon_r2_q[p][1]}} & write_data_i[1]) |
+                             ({32{soon_r2_q[p][2]}} & write_data_i[2]);
 
       assign index_bank[p] = BankWidth'(guard_i.copy ? {guard_i.copy_from, guard_i.copy_read} :
                                       {guard_i.page, source[5:0]});
@@ -151,30 +143,21 @@ module asip_operands_multiple #(
     end
   endgenerate
 
-  // A word of a stream comes where one of bank K does.
+  // One register of each operand for a word of the stream.
   generate
     if (StreamWords != 0) begin : gen_streams
-      for (p = 0; p < FmaPipes; p++) begin : gen_pipe
+      for (p = 0; p < 3 * FmaPipes; p++) begin : gen_word
         logic [31:0] word_r2_q;
-        logic [2:0] streams_r2_q;
 
         always_ff @(posedge clk_i) begin
-          word_r2_q    <= stream_r1_i[p];
-          streams_r2_q <= {
-            bank_r1_q[3*p+2] == asip_isa_pkg::BANK_S,
-            bank_r1_q[3*p+1] == asip_isa_pkg::BANK_S,
-            bank_r1_q[3*p] == asip_isa_pkg::BANK_S
-          };
+          word_r2_q <= bank_r1_q[p] == asip_isa_pkg::BANK_S ? stream_r1_i[p/3] : 32'd0;
         end
 
-        assign streams_r2[3*p+:3] = streams_r2_q;
-        assign stream_r2[3*p+:3]  = {3{word_r2_q}};
+        assign stream_r2[p] = word_r2_q;
       end
-      assign streams_r2[Ports-1:3*FmaPipes] = '0;
-      assign stream_r2[Ports-1:3*FmaPipes]  = '0;
+      assign stream_r2[Ports-1:3*FmaPipes] = '0;
     end else begin : gen_no_streams
       logic unused_streams;
-      assign streams_r2     = '0;
       assign stream_r2      = '0;
       assign unused_streams = ^stream_r1_i;
     end
@@ -243,25 +226,28 @@ module asip_operands_multiple #(
     if (Resilience != 0) begin : gen_parity
       logic [Ports-1:0] parity_r2_q, bad_r2;
       logic bad_e1_q;
-      logic [1:0] sweep_q;
+      logic sweep_q;
       logic unused_first;
 
       assign unused_first = guard_i.sweep_first;
+      assign sweep_r1     = sweep_q;
       for (p = 0; p < Ports; p++) begin : gen_bad
-        always_ff @(posedge clk_i) parity_r2_q[p] <= read_k_word[p][WordWidth-1];
-        assign bad_r2[p] = (from_r2_q[p] == asip_pkg::SELECT_K || sweep_q[1]) && (^{read_k_r2_q[p], parity_r2_q[p]});
+        // A word that is not taken is zero, with its parity.
+        always_ff @(posedge clk_i) parity_r2_q[p] <= take_k_r1[p] && read_k_word[p][WordWidth-1];
+        assign bad_r2[p] = ^{read_k_r2_q[p], parity_r2_q[p]};
       end
 
       always_ff @(posedge clk_i) begin
-        sweep_q  <= {sweep_q[0], guard_i.sweep_step};
+        sweep_q  <= guard_i.sweep_step;
         bad_e1_q <= |bad_r2;
       end
 
       assign bad_constant_e1_o = bad_e1_q;
     end else begin : gen_no_parity
       logic unused_guard;
+      assign sweep_r1          = 1'b0;
       assign bad_constant_e1_o = 1'b0;
-      assign unused_guard = ^guard_i;
+      assign unused_guard      = ^guard_i;
     end
   endgenerate
 

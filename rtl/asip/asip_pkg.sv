@@ -244,10 +244,10 @@ package asip_pkg;
 
   // The word, -32, a NaN, or 0. -32 has three bits set, which a negative NaN has too. The multiply-add uses only two
   // facts of a NaN: that it is one, and its quiet bit.
-  function automatic logic [31:0] limited(input logic [31:0] word, input logic keep, input logic nan,
+  function automatic logic [31:0] limited(input logic [31:0] word, input logic keep, input logic [1:0] nan,
                                           input logic least);
     limited = (word & {32{keep}}) | {least, least, 4'd0, least, 25'd0};
-    limited = limited | {1'b0, {8{nan}}, nan && word[22], 21'd0, nan};
+    limited = limited | {1'b0, {8{&nan}}, (&nan) && word[22], 21'd0, &nan};
   endfunction
 
   // 2^n, n being the lowest 8 bits of a word, S(8.0). Its exponent field n + 127 = n + 128 - 1 is found without a carry
@@ -256,15 +256,5 @@ package asip_pkg;
     power_of_two = 32'd0;
     for (int k = 0; k < 8; k++) power_of_two[23+k] = n[k] ^ (k == 7) ^ ((n & ((8'd1 << k) - 8'd1)) == 8'd0);
   endfunction
-
-  // Selection of an operand in stage R2.
-  localparam logic [2:0] SELECT_A = 3'd0;
-  localparam logic [2:0] SELECT_B = 3'd1;
-  localparam logic [2:0] SELECT_C = 3'd2;
-  localparam logic [2:0] SELECT_K = 3'd3;
-  localparam logic [2:0] SELECT_RESULT_A = 3'd4;
-  localparam logic [2:0] SELECT_RESULT_B = 3'd5;
-  localparam logic [2:0] SELECT_RESULT_C = 3'd6;
-  localparam logic [2:0] SELECT_BYPASS = 3'd7;
 
 endpackage
