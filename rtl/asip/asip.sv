@@ -360,7 +360,7 @@ module asip #(
       .host_read_i          (host_select),
       .host_write_i         (host_register),
       .host_write_constant_i(host_constant),
-      .host_register_i      ({host_bank_k, address_i[$clog2(asip_regmap_pkg::WORDS_REGISTERS)-1:0]}),
+      .host_register_i      ({host_bank_k, address_i[7] && !host_bank_k, address_i[6:0]}),
       .host_data_i          (writedata_i),
       .stream_r1_i          (stream_r1),
       .guard_i              (guard),
