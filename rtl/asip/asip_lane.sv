@@ -39,19 +39,18 @@ module asip_lane (
   logic write_q, valid;
   logic [5:0] write_index_q;
   logic [2:0] here, soon, next, now;  // by operand
-  logic [2:0] soon_r1_q, next_r1_q, now_r1_q, here_r1_q, take_r1, soon_r2_q;
+  logic [2:0] soon_r1_q, next_r1_q, now_r1_q, here_r1_q, soon_r2_q, take_r2_q;
   logic [2:0][5:0] index_d;
-  logic [2:0][31:0] read_r1, read_r2_q, bypass_r2_q, word_r2, word_e1_q;  // by operand
+  logic [2:0][31:0] read_r1, read_r2_q, bypass_r1, bypass_r2_q, word_r2, word_e1_q;  // by operand
   logic stream_d, stream_r1_q;  // operand a is a word of the stream
   logic keep_r2, least_r2, keep_e1_q, least_e1_q;
   logic [1:0] nan_r2;
   logic [1:0] own_e1_q;  // operands c, b
   logic [1:0] kind_e1_q;
-  logic [31:0] last_q, streamed_r2_q, result, a_e1, b_e1, c_e1;
+  logic [31:0] last_q, result, a_e1, b_e1, c_e1;
   fp_pkg::flags_t flags;
 
   assign stream_d = source_d_i[0][8:6] == asip_isa_pkg::BANK_S;
-  assign take_r1  = here_r1_q & ~(soon_r1_q | next_r1_q | now_r1_q);
 
   always_comb begin
     for (int unsigned i = 0; i < 3; i++) begin
@@ -85,12 +84,13 @@ module asip_lane (
       .read_data_o  (read_r1)
   );
 
-  // As in asip_operands_multiple, whatever is not the word is zero when it leaves R1.
+  // As in asip_operands_multiple, a source that is not selected gives zero.
   always_comb begin
     for (int unsigned i = 0; i < 3; i++) begin
-      word_r2[i] = read_r2_q[i] | bypass_r2_q[i] | ({32{soon_r2_q[i]}} & result);
+      bypass_r1[i] = ({32{next_r1_q[i]}} & result) | ({32{now_r1_q[i]}} & last_q);
+      word_r2[i]   = ({32{take_r2_q[i]}} & read_r2_q[i]) | ({32{soon_r2_q[i]}} & result) | bypass_r2_q[i];
     end
-    word_r2[0] = word_r2[0] | streamed_r2_q;
+    if (stream_r1_q) bypass_r1[0] = word_r1_i;
   end
 
   asip_limit u_limit (
@@ -111,11 +111,9 @@ module asip_lane (
     stream_r1_q   <= stream_d;
     last_q        <= result;
     soon_r2_q     <= soon_r1_q;
-    streamed_r2_q <= stream_r1_q ? word_r1_i : 32'd0;
-    for (int unsigned i = 0; i < 3; i++) begin
-      read_r2_q[i]   <= take_r1[i] ? read_r1[i] : 32'd0;
-      bypass_r2_q[i] <= ({32{next_r1_q[i]}} & result) | ({32{now_r1_q[i]}} & last_q);
-    end
+    take_r2_q     <= here_r1_q & ~(soon_r1_q | next_r1_q | now_r1_q);
+    read_r2_q     <= read_r1;
+    bypass_r2_q   <= bypass_r1;
   end
 
   always_ff @(posedge clk_i) begin

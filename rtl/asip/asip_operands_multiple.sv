@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_operands_multiple: asip_operands for several slots, each bank a memory of its own.
-// Contract: that of asip_operands, cycle by cycle. As in asip_operands_single, whatever is not the operand is zero when
-// it leaves stage R1, so stage R2 is an OR.
+// Contract: that of asip_operands, cycle by cycle. Stage R2 is an OR of what each source gives, with a register for each
+// select: a source that is not selected gives zero.
 module asip_operands_multiple #(
     parameter int unsigned FmaPipes   = 2,
     parameter int unsigned Ports      = 9,
@@ -50,12 +50,12 @@ module asip_operands_multiple #(
   logic [Ports-1:0][WordWidth-1:0] read_k_word;
   logic [Ports-1:0][2:0] bank_r1_q;
   logic [Ports-1:0][2:0] soon_r1_q, next_r1_q, now_r1_q, soon_r2_q;  // one of banks A, B, C, or none
-  logic [Ports-1:0] take_k_r1;
+  logic [Ports-1:0][3:0] take_r2_q;  // the word read from K, C, B, A
   logic sweep_r1;  // the sweep reads a word of bank K
   logic [Ports-1:0][31:0] read_a, read_b, read_c, read_k;
   logic [Ports-1:0][31:0] read_a_r2_q, read_b_r2_q, read_c_r2_q, read_k_r2_q, bypass_r2_q;
   logic [Ports-1:0][31:0] operand_r2, operand_e1_q;
-  logic [Ports-1:0][31:0] stream_r2;  // of the stream of the port's slot, or zero
+  logic [Ports-1:0][31:0] stream_r1;  // of the stream of the port's slot, or zero
   logic [2:0][31:0] last_data_q;
   logic [2:0] host_write;
 
@@ -82,7 +82,8 @@ module asip_operands_multiple #(
   generate
     for (p = 0; p < Ports; p++) begin : gen_port
       logic [8:0] source;
-      logic [2:0] in_bank, soon, next, now, take_r1;
+      logic [2:0] in_bank, soon, next, now;
+      logic [3:0] take_r1;
       logic bypassed_r1;
       logic [31:0] bypass_r1;
 
@@ -101,16 +102,16 @@ module asip_operands_multiple #(
         assign now[bank]  = in_bank[bank] && write_i[bank] && write_index_i[bank] == source[5:0];
       end
 
-      // R1: what was or is written back goes to the bypass register. Nothing reads a word of bank K during a sweep but
-      // the check of its parity.
-      assign bypassed_r1  = (|soon_r1_q[p]) || (|next_r1_q[p]) || (|now_r1_q[p]);
-      assign take_r1[0]   = bank_r1_q[p] == asip_isa_pkg::BANK_A && !bypassed_r1;
-      assign take_r1[1]   = bank_r1_q[p] == asip_isa_pkg::BANK_B && !bypassed_r1;
-      assign take_r1[2]   = bank_r1_q[p] == asip_isa_pkg::BANK_C && !bypassed_r1;
-      assign take_k_r1[p] = bank_r1_q[p][2:1] == asip_isa_pkg::BANK_K[2:1] || sweep_r1;
+      // R1: what was or is written back goes to the bypass register, as does a word of a stream. Nothing reads a word of
+      // bank K during a sweep but the check of its parity.
+      assign bypassed_r1 = (|soon_r1_q[p]) || (|next_r1_q[p]) || (|now_r1_q[p]);
+      assign take_r1[0]  = bank_r1_q[p] == asip_isa_pkg::BANK_A && !bypassed_r1;
+      assign take_r1[1]  = bank_r1_q[p] == asip_isa_pkg::BANK_B && !bypassed_r1;
+      assign take_r1[2]  = bank_r1_q[p] == asip_isa_pkg::BANK_C && !bypassed_r1;
+      assign take_r1[3]  = bank_r1_q[p][2:1] == asip_isa_pkg::BANK_K[2:1] || sweep_r1;
 
       always_comb begin
-        bypass_r1 = 32'd0;
+        bypass_r1 = stream_r1[p];
         for (int unsigned b = 0; b < 3; b++) begin
           bypass_r1 = bypass_r1 | ({32{next_r1_q[p][b]}} & write_data_i[b]) | ({32{now_r1_q[p][b]}} & last_data_q[b]);
         end
@@ -122,19 +123,20 @@ module asip_operands_multiple #(
         next_r1_q[p]   <= next;
         now_r1_q[p]    <= now;
         soon_r2_q[p]   <= soon_r1_q[p];
-        read_a_r2_q[p] <= take_r1[0] ? read_a[p] : 32'd0;
-        read_b_r2_q[p] <= take_r1[1] ? read_b[p] : 32'd0;
-        read_c_r2_q[p] <= take_r1[2] ? read_c[p] : 32'd0;
-        read_k_r2_q[p] <= take_k_r1[p] ? read_k[p] : 32'd0;
+        take_r2_q[p]   <= take_r1;
+        read_a_r2_q[p] <= read_a[p];
+        read_b_r2_q[p] <= read_b[p];
+        read_c_r2_q[p] <= read_c[p];
+        read_k_r2_q[p] <= read_k[p];
         bypass_r2_q[p] <= bypass_r1;
         operand_e1_q[p] <= operand_r2[p];
       end
 
-      assign operand_r2[p] = read_a_r2_q[p] | read_b_r2_q[p] | read_c_r2_q[p] | read_k_r2_q[p] |
-                             stream_r2[p] | bypass_r2_q[p] |
+      assign operand_r2[p] = ({32{take_r2_q[p][0]}} & read_a_r2_q[p]) | ({32{take_r2_q[p][1]}} & read_b_r2_q[p]) |
+                             ({32{take_r2_q[p][2]}} & read_c_r2_q[p]) | ({32{take_r2_q[p][3]}} & read_k_r2_q[p]) |
                              ({32{soon_r2_q[p][0]}} & write_data_i[0]) |
                              ({32{soon_r2_q[p][1]}} & write_data_i[1]) |
-                             ({32{soon_r2_q[p][2]}} & write_data_i[2]);
+                             ({32{soon_r2_q[p][2]}} & write_data_i[2]) | bypass_r2_q[p];
 
       assign index_bank[p] = BankWidth'(guard_i.copy ? {guard_i.copy_from, guard_i.copy_read} :
                                       {guard_i.page, source[5:0]});
@@ -143,22 +145,16 @@ module asip_operands_multiple #(
     end
   endgenerate
 
-  // One register of each operand for a word of the stream.
   generate
-    if (StreamWords != 0) begin : gen_streams
-      for (p = 0; p < 3 * FmaPipes; p++) begin : gen_word
-        logic [31:0] word_r2_q;
-
-        always_ff @(posedge clk_i) begin
-          word_r2_q <= bank_r1_q[p] == asip_isa_pkg::BANK_S ? stream_r1_i[p/3] : 32'd0;
-        end
-
-        assign stream_r2[p] = word_r2_q;
+    for (p = 0; p < Ports; p++) begin : gen_stream
+      if (StreamWords != 0 && p < 3 * FmaPipes) begin : gen_word
+        assign stream_r1[p] = bank_r1_q[p] == asip_isa_pkg::BANK_S ? stream_r1_i[p/3] : 32'd0;
+      end else begin : gen_none
+        assign stream_r1[p] = 32'd0;
       end
-      assign stream_r2[Ports-1:3*FmaPipes] = '0;
-    end else begin : gen_no_streams
+    end
+    if (StreamWords == 0) begin : gen_no_streams
       logic unused_streams;
-      assign stream_r2      = '0;
       assign unused_streams = ^stream_r1_i;
     end
   endgenerate
@@ -232,9 +228,8 @@ module asip_operands_multiple #(
       assign unused_first = guard_i.sweep_first;
       assign sweep_r1     = sweep_q;
       for (p = 0; p < Ports; p++) begin : gen_bad
-        // A word that is not taken is zero, with its parity.
-        always_ff @(posedge clk_i) parity_r2_q[p] <= take_k_r1[p] && read_k_word[p][WordWidth-1];
-        assign bad_r2[p] = ^{read_k_r2_q[p], parity_r2_q[p]};
+        always_ff @(posedge clk_i) parity_r2_q[p] <= read_k_word[p][WordWidth-1];
+        assign bad_r2[p] = take_r2_q[p][3] && (^{read_k_r2_q[p], parity_r2_q[p]});
       end
 
       always_ff @(posedge clk_i) begin
