@@ -105,15 +105,18 @@ def on_core(
     found: dict[str, list[Single]] = {name: [] for name in names}
     cycles = []
     runs, ticks_of_run = next(iter(given.values())).shape
+    data = [int(word, 16) for word in image.data]
     pace = Pace("proof: ticks", runs * ticks_of_run)
-    for run in range(runs):
-        pace.at(run * ticks_of_run)
-        with Core(image, backend=backend) as core:
+    with Core(image, backend=backend) as core:
+        for run in range(runs):
+            pace.at(run * ticks_of_run)
+            core.clear()
+            core.backend.write_data(0, data)
             ticks = core.batch({name: value[run] for name, value in given.items()})
-        for name in names:
-            found[name].append(ticks[name])
-        if ticks.cycles is not None:
-            cycles.append(ticks.cycles)
+            for name in names:
+                found[name].append(ticks[name])
+            if ticks.cycles is not None:
+                cycles.append(ticks.cycles)
     return {n: np.stack(v) for n, v in found.items()}, np.stack(cycles) if cycles else None
 
 
