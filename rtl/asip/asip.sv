@@ -66,7 +66,9 @@ module asip #(
   logic [15:0] target_q;
   logic [15:0] pc_r1_q, pc_r2_q, pc_e1_q, pc_e2_q;
   logic [Slots*OpWidth-1:0] ops_r1_q, ops_r2_q, ops_e1_q;
-  logic [Ports-1:0][31:0] operand_r2, operand_e1;
+  logic [Ports-1:0][31:0] early_r2, operand_e1;
+  asip_pkg::facts_t facts_c;  // of C's result
+  logic [Ports-1:0] late_r2;  // the operand is C's result
   asip_pkg::decoded_t aux_p, aux_d, aux_e1;
   logic address_fault;
   // ---- write-back
@@ -365,7 +367,8 @@ module asip #(
       .stream_r1_i          (stream_r1),
       .guard_i              (guard),
       .bad_constant_e1_o    (bad_constant_e1),
-      .operand_r2_o         (operand_r2),
+      .early_r2_o           (early_r2),
+      .late_r2_o            (late_r2),
       .operand_e1_o         (operand_e1)
   );
 
@@ -398,6 +401,7 @@ module asip #(
         logic [31:0] factor_e1_q, addend_e1_q;  // operands b, c
         logic keep_r2, least_r2, keep_e1_q, least_e1_q;  // what the limit leaves of operand a
         logic [1:0] nan_r2, nan_e1_q, nan_lanes_e1_q;
+        asip_pkg::facts_t facts_r2;  // of operand a
         logic keep_lanes_e1_q, least_lanes_e1_q;  // these are zero where a lane has an operand a of its own
         localparam logic [2:0] Own = p == 0 ? asip_isa_pkg::BANK_A : asip_isa_pkg::BANK_B;
 
@@ -411,11 +415,17 @@ module asip #(
         assign own_r2[2] = op_r2.c[8:6] == Own || op_r2.c[8:6] == asip_isa_pkg::BANK_ZERO;
 
         // Before the multiply-add `vbelow` and `vabove` limit operand a, and `vscale` makes 2^n of b, with n its lowest
-        // 8 bits.
+        // 8 bits. Each is decided for C's result and for what else the operand may be, side by side.
+        assign facts_r2 = asip_pkg::facts_of(early_r2[3*p]) | ({4{late_r2[3*p]}} & facts_c);
+
+        function automatic logic [31:0] factor(input logic [31:0] word, input logic power);
+          factor = power ? asip_pkg::power_of_two(word[7:0]) : word;
+        endfunction
+
         asip_limit u_limit (
             .below_i(op_r2.below),
             .above_i(op_r2.above),
-            .word_i (operand_r2[3*p]),
+            .facts_i(facts_r2),
             .keep_o (keep_r2),
             .nan_o  (nan_r2),
             .least_o(least_r2)
@@ -424,8 +434,9 @@ module asip #(
         always_ff @(posedge clk_i) begin
           {keep_e1_q, nan_e1_q, least_e1_q} <= {keep_r2, nan_r2, least_r2};
           {keep_lanes_e1_q, nan_lanes_e1_q, least_lanes_e1_q} <= {keep_r2, nan_r2, least_r2} & {4{!own_r2[0]}};
-          factor_e1_q <= op_r2.power ? asip_pkg::power_of_two(operand_r2[3*p+1][7:0]) : operand_r2[3*p+1];
-          addend_e1_q <= op_r2.pick && (|op_r2.b[1:0]) ? addend_lanes_r2 : operand_r2[3*p+2];
+          factor_e1_q <= late_r2[3*p+1] ? factor(result[2], op_r2.power) : factor(early_r2[3*p+1], op_r2.power);
+          addend_e1_q <= op_r2.pick && (|op_r2.b[1:0]) ? addend_lanes_r2 :
+                         early_r2[3*p+2] | ({32{late_r2[3*p+2]}} & result[2]);
         end
 
         assign operand_units[3*p]   = asip_pkg::limited(operand_e1[3*p], keep_e1_q, nan_e1_q, least_e1_q);
@@ -478,7 +489,7 @@ module asip #(
       logic unused_words;
       assign operand_units = operand_e1;
       assign flags_lanes   = '0;
-      assign unused_words  = ^words_r1;
+      assign unused_words  = ^{words_r1, facts_c};
     end
   endgenerate
 
@@ -497,6 +508,7 @@ module asip #(
       .operand_e1_i   (operand_units),
       .flags_lanes_i  (flags_lanes),
       .result_o       (result),
+      .facts_c_o      (facts_c),
       .flags_o        (flags),
       .address_fault_o(address_fault),
       .host_select_i  (host_select),
@@ -756,6 +768,6 @@ module asip #(
   assign trace_data_o  = result;
 
   logic unused_ops;
-  assign unused_ops = ^{ops_e1_q, operand_r2, decoded_p, decoded_q, decoded_d};
+  assign unused_ops = ^{ops_e1_q, early_r2, late_r2, decoded_p, decoded_q, decoded_d};
 
 endmodule

@@ -96,7 +96,7 @@ module asip_lane (
   asip_limit u_limit (
       .below_i(below_r2_i),
       .above_i(above_r2_i),
-      .word_i (word_r2[0]),
+      .facts_i(asip_pkg::facts_of(word_r2[0])),
       .keep_o (keep_r2),
       .nan_o  (nan_r2),
       .least_o(least_r2)

@@ -32,7 +32,8 @@ module asip_operands_multiple #(
     input  asip_pkg::guard_t           guard_i,
     output logic                       bad_constant_e1_o,
     // to the units, stages R2 and E1
-    output logic [Ports-1:0][31:0]     operand_r2_o,
+    output logic [Ports-1:0][31:0]     early_r2_o,
+    output logic [Ports-1:0]           late_r2_o,
     output logic [Ports-1:0][31:0]     operand_e1_o
 );
 
@@ -54,7 +55,7 @@ module asip_operands_multiple #(
   logic sweep_r1;  // the sweep reads a word of bank K
   logic [Ports-1:0][31:0] read_a, read_b, read_c, read_k;
   logic [Ports-1:0][31:0] read_a_r2_q, read_b_r2_q, read_c_r2_q, read_k_r2_q, bypass_r2_q;
-  logic [Ports-1:0][31:0] operand_r2, operand_e1_q;
+  logic [Ports-1:0][31:0] early_r2, operand_e1_q;
   logic [Ports-1:0][31:0] stream_r1;  // of the stream of the port's slot, or zero
   logic [2:0][31:0] last_data_q;
   logic [2:0] host_write;
@@ -129,14 +130,15 @@ module asip_operands_multiple #(
         read_c_r2_q[p] <= read_c[p];
         read_k_r2_q[p] <= read_k[p];
         bypass_r2_q[p] <= bypass_r1;
-        operand_e1_q[p] <= operand_r2[p];
+        operand_e1_q[p] <= early_r2[p] | ({32{soon_r2_q[p][2]}} & write_data_i[2]);
       end
 
-      assign operand_r2[p] = ({32{take_r2_q[p][0]}} & read_a_r2_q[p]) | ({32{take_r2_q[p][1]}} & read_b_r2_q[p]) |
-                             ({32{take_r2_q[p][2]}} & read_c_r2_q[p]) | ({32{take_r2_q[p][3]}} & read_k_r2_q[p]) |
-                             ({32{soon_r2_q[p][0]}} & write_data_i[0]) |
-                             ({32{soon_r2_q[p][1]}} & write_data_i[1]) |
-                             ({32{soon_r2_q[p][2]}} & write_data_i[2]) | bypass_r2_q[p];
+      assign early_r2[p] = ({32{take_r2_q[p][0]}} & read_a_r2_q[p]) | ({32{take_r2_q[p][1]}} & read_b_r2_q[p]) |
+                           ({32{take_r2_q[p][2]}} & read_c_r2_q[p]) | ({32{take_r2_q[p][3]}} & read_k_r2_q[p]) |
+                           ({32{soon_r2_q[p][0]}} & write_data_i[0]) | ({32{soon_r2_q[p][1]}} & write_data_i[1]) |
+                           bypass_r2_q[p];
+
+      assign late_r2_o[p] = soon_r2_q[p][2];
 
       assign index_bank[p] = BankWidth'(guard_i.copy ? {guard_i.copy_from, guard_i.copy_read} :
                                       {guard_i.page, source[5:0]});
@@ -246,7 +248,7 @@ module asip_operands_multiple #(
     end
   endgenerate
 
-  assign operand_r2_o = operand_r2;
+  assign early_r2_o   = early_r2;
   assign operand_e1_o = operand_e1_q;
 
 endmodule

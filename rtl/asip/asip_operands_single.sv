@@ -27,7 +27,8 @@ module asip_operands_single (
     input  asip_pkg::guard_t     guard_i,
     output logic                 bad_constant_e1_o,
     // to the units, stages R2 and E1
-    output logic [2:0][31:0] operand_r2_o,
+    output logic [2:0][31:0] early_r2_o,
+    output logic [2:0]       late_r2_o,
     output logic [2:0][31:0] operand_e1_o
 );
 
@@ -125,7 +126,8 @@ module asip_operands_single (
       .read_data_o  (read_ck)
   );
 
-  assign operand_r2_o = operand_r2;
+  assign early_r2_o   = operand_r2;
+  assign late_r2_o    = '0;
   assign operand_e1_o = operand_e1_q;
 
   logic unused_b;

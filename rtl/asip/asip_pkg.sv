@@ -242,6 +242,18 @@ package asip_pkg;
     logic [6:0] sweep_index;  // of bank K
   } guard_t;
 
+  // What a limit asks of a word.
+  typedef struct packed {
+    logic negative;
+    logic beyond;    // the magnitude is 32 or more, or the word is not finite
+    logic highest;   // the exponent is all ones: with a fraction a NaN
+    logic fraction;  // is not zero
+  } facts_t;
+
+  function automatic facts_t facts_of(input logic [31:0] word);
+    facts_of = {word[31], word[30] && (|word[29:25]), &word[30:23], |word[22:0]};
+  endfunction
+
   // The word, -32, a NaN, or 0. -32 has three bits set, which a negative NaN has too. The multiply-add uses only two
   // facts of a NaN: that it is one, and its quiet bit.
   function automatic logic [31:0] limited(input logic [31:0] word, input logic keep, input logic [1:0] nan,
