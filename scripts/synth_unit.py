@@ -39,6 +39,8 @@ TOOLS = ROOT / "requirements-synth.lock"
 MAP_FILE = ROOT / "scripts/ecp5_map.v"
 ECP5_MAP = f"techmap -map {MAP_FILE}"
 """Command of Yosys before `synth_ecp5`: modules of ours that ECP5 has better cells for."""
+PLACELESS = "setattr -unset src; setattr -mod -unset src *"
+"""Without places in the source, so that a placement is reused if lines only moved."""
 ELABORATED = "ports.json"
 KEPT = (
     *(
@@ -179,7 +181,7 @@ def ecp5_commands(top: str, netlist: Path) -> str:
     flow = f"synth_ecp5 -top {top} -run"
     return (
         f"{ECP5_MAP}; {flow} :map_luts; check -latchonly -assert; abc9 -W {WIRE_PS}; clean; "
-        f"{flow} map_cells: -json {netlist}"
+        f"{PLACELESS}; {flow} map_cells: -json {netlist}"
     )
 
 

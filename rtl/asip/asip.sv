@@ -40,6 +40,7 @@ module asip #(
 );
 
   localparam int unsigned OpWidth = asip_pkg::DECODED_WIDTH;
+  localparam int unsigned ConstantBits = $clog2(asip_regmap_pkg::WORDS_CONSTANTS);
   localparam int unsigned WordWidth = asip_isa_pkg::OP_WIDTH;
   localparam int unsigned ControlWidth = asip_isa_pkg::CONTROL_WIDTH;
   localparam int unsigned BundleWidth = Slots * WordWidth + ControlWidth;
@@ -362,7 +363,7 @@ module asip #(
       .host_read_i          (host_select),
       .host_write_i         (host_register),
       .host_write_constant_i(host_constant),
-      .host_register_i      ({host_bank_k, address_i[7] && !host_bank_k, address_i[6:0]}),
+      .host_register_i      ({host_bank_k, address_i[ConstantBits] && !host_bank_k, address_i[ConstantBits-1:0]}),
       .host_data_i          (writedata_i),
       .stream_r1_i          (stream_r1),
       .guard_i              (guard),
