@@ -39,7 +39,7 @@ TOOLS = ROOT / "requirements-synth.lock"
 MAP_FILE = ROOT / "scripts/ecp5_map.v"
 ECP5_MAP = f"techmap -map {MAP_FILE}"
 """Command of Yosys before `synth_ecp5`: modules of ours that ECP5 has better cells for."""
-PLACELESS = "setattr -unset src; setattr -mod -unset src *"
+PLACELESS = "setattr -unset src -unset cell_src -unset module_src; setattr -mod -unset src *"
 """Without places in the source, so that a placement is reused if lines only moved."""
 ELABORATED = "ports.json"
 KEPT = (
