@@ -101,7 +101,10 @@ def prove_mpc(
 def on_core(
     image: Image, given: dict[str, Single], names: list[str], backend: str
 ) -> tuple[dict[str, Single], NDArray | None]:
-    """Outputs (runs, ticks) of inputs (runs, ticks), each run from memories as loaded; cycles."""
+    """Outputs (runs, ticks) of inputs (runs, ticks), each run from memories as loaded; cycles.
+
+    Between runs only states and data memory are restored: a program writes nothing else.
+    """
     found: dict[str, list[Single]] = {name: [] for name in names}
     cycles = []
     runs, ticks_of_run = next(iter(given.values())).shape

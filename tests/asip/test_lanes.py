@@ -144,40 +144,34 @@ def test_infinity_and_what_is_just_beyond_a_limit__every_lane(name, want):
         assert limited(name, "k1", (word, ONE, ONE, ONE)) == [alone] * 4
 
 
-# Results of bank C by unit, of 0, -40, 3, a signalling NaN, and the integers -33 and 7.
-RESULTS = {
-    "fdiv": [("fdiv", "k2", "k3"), ("fdiv", "k1", "k1"), ("fdiv", "k3", "k1"), ("fsqrt", "k2")],
-    "cmp": [("fmin", "k2", "k3"), ("fmax", "k2", "k3"), ("sel", "k3", "k2", "k4")],
-    "i2f": [("i2f", "k5"), ("i2f", "k6")],
-    "f2i": [("f2i", "k2"), ("f2i", "k3")],
-    "sin": [("fsin", "k2"), ("fcos", "k3")],
-}
+# Results of every unit of bank C, of 0, -40, 3, a signalling NaN, and the integers -33 and 7.
 NAMED = (ONE, 0, 0xC2200000, 0x40400000, 0xFFBFFFFF, 0xFFFFFFDF, 7)
 LOADED = (0xC2000001, 0x7F800001, 0xFF800000, 0x41FFFFFF, 0xC1FFFFFF, 0x80000000)
+RESULTS = [
+    *(op(name, "c1", "k2", "k3") for name in ("fdiv", "fmin", "fmax")),
+    *(op("fdiv", "c1", source, "k1") for source in ("k1", "k3")),
+    *(op(name, "c1", "k2") for name in ("fsqrt", "f2i", "fsin")),
+    *(op(name, "c1", "k3") for name in ("f2i", "fcos")),
+    *(op("i2f", "c1", source) for source in ("k5", "k6")),
+    op("sel", "c1", "k3", "k2", "k4"),
+    *(op("ld", "c1", "zero", imm=address) for address in range(len(LOADED))),
+]
+READERS = (("vbelow", "c1", "k0"), ("vabove", "c1", "k0", "k0"), ("vscale", "k0", "c1", "k0"))
 
 
 @pytest.mark.parametrize("pipe", "ab")
 @pytest.mark.parametrize("gap", range(3))
 def test_limit_and_power_of_a_result_of_bank_c__taken_from_its_unit_or_later(pipe, gap):
-    results = [(name, "c1", *sources) for rows in RESULTS.values() for name, *sources in rows]
-    results += [("ld", "c1", "zero", n) for n in range(len(LOADED))]
     bundles: list[bench.Item] = []
-    for name, *sources in results:
-        made = op(name, *sources[:-1], imm=sources[-1]) if name == "ld" else op(name, *sources)
-        for vector in (
-            ("vbelow", "c1", "k0"),
-            ("vabove", "c1", "k0", "k0"),
-            ("vscale", "k0", "c1", "k0"),
-        ):
-            bundles += [(made,), *[bench.EMPTY] * gap, (op(vector[0], f"{pipe}1", *vector[1:]),)]
-            index = "ab".index(pipe)
+    for result in RESULTS:
+        for name, *operands in READERS:
+            bundles += [(result,), *[bench.EMPTY] * gap, (op(name, f"{pipe}1", *operands),)]
             bundles += [
-                (op("vout", f"{pipe}{10 + n}", "zero", f"{pipe}1", imm=n, pipe=index),)
+                (op("vout", f"{pipe}{10 + n}", "zero", f"{pipe}1", imm=n, pipe="ab".index(pipe)),)
                 for n in range(LANES)
             ]
     constants = {f"k{n}": word for n, word in enumerate(NAMED)}
-    data = list(LOADED)
-    bench.verify(bench.image("wide", [*bundles, HALT], constants, data=data, outputs=0))
+    bench.verify(bench.image("wide", [*bundles, HALT], constants, data=LOADED, outputs=0))
 
 
 @pytest.mark.parametrize("pipe", "ab")
