@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_host: Avalon-MM agent and control and status registers (map: docs/regmap.md).
-// Contract: word addresses, 32-bit words only. Writes take one cycle, reads five. Accesses to memories
-// and to registers that configure a run are held by waitrequest_o while a run is active. A word beyond
-// a memory reads 0 and is not written.
+// Contract: word addresses, 32-bit words only. Writes take one cycle, reads five. With Debug, a read of bank K comes two
+// clocks after a write to it at the earliest. Accesses to memories and to registers that configure a run are held by
+// waitrequest_o while a run is active. A word beyond a memory reads 0 and is not written.
 module asip_host #(
     parameter int unsigned Slots     = 3,
     parameter int unsigned FmaPipes  = 2,

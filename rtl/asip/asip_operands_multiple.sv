@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_operands_multiple: asip_operands for several slots, each bank a memory of its own.
 // Contract: that of asip_operands, cycle by cycle. Stage R2 is an OR of what each source gives, with a register for each
-// select: a source that is not selected gives zero.
+// select: a source that is not selected gives zero. A word that the host writes to bank K is in the bank a cycle after
+// it is in the other banks.
 module asip_operands_multiple #(
     parameter int unsigned FmaPipes   = 2,
     parameter int unsigned Ports      = 9,
@@ -59,6 +60,9 @@ module asip_operands_multiple #(
   logic [Ports-1:0][31:0] stream_r1;  // of the stream of the port's slot, or zero
   logic [2:0][31:0] last_data_q;
   logic [2:0] host_write;
+  logic constant_write_q;
+  logic [6:0] constant_index_q;
+  logic [WordWidth-1:0] constant_q;
 
   assign host_write[0] = host_write_i && host_register_i[8:6] == asip_isa_pkg::BANK_A;
   assign host_write[1] = host_write_i && host_register_i[8:6] == asip_isa_pkg::BANK_B;
@@ -161,7 +165,12 @@ module asip_operands_multiple #(
     end
   endgenerate
 
-  always_ff @(posedge clk_i) last_data_q <= write_data_i;
+  always_ff @(posedge clk_i) begin
+    last_data_q      <= write_data_i;
+    constant_write_q <= host_write_constant_i;
+    constant_index_q <= host_register_i[6:0];
+    constant_q       <= WordWidth'({^host_data_i, host_data_i});
+  end
 
   asip_regbank #(
       .IndexWidth(BankWidth),
@@ -213,9 +222,9 @@ module asip_operands_multiple #(
       .ReadPorts (Ports)
   ) u_bank_k (
       .clk_i,
-      .write_i      (host_write_constant_i),
-      .write_index_i(host_register_i[6:0]),
-      .write_data_i (WordWidth'({^host_data_i, host_data_i})),
+      .write_i      (constant_write_q),
+      .write_index_i(constant_index_q),
+      .write_data_i (constant_q),
       .read_index_i (index_k),
       .read_data_o  (read_k_word)
   );
