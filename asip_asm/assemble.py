@@ -65,11 +65,11 @@ def build_program(
 ) -> tuple[Program, Machine]:
     """The program of a source file in bundles, with its registers, and its machine.
 
-    `configuration`: 'fast', 'small' or 'stream'; None leaves the choice to the file. `optimise`:
-    False keeps one operation per bundle in the order written. `defines` replaces values of
-    parameters (`.param`); `params` is read in place of the files that `.params` names; `progress`
-    is called during the search for a schedule. Raises AssemblyError for errors of the source text,
-    OSError if the file cannot be read.
+    `configuration`: 'fast', 'small', 'stream' or 'wide'; None leaves the choice to the file.
+    `optimise`: False keeps one operation per bundle in the order written. `defines` replaces
+    values of parameters (`.param`); `params` is read in place of the files that `.params` names;
+    `progress` is called during the search for a schedule. Raises AssemblyError for errors of
+    the source text, OSError if the file cannot be read.
     """
     program = parse_program(
         path,

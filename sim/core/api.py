@@ -80,11 +80,11 @@ class Ticks:
 class Core:
     """One core with one program, loaded and with its states at their initial values.
 
-    program: source text, image file (*.json) or image. configuration: 'fast', 'small' or 'stream';
-    None leaves it to the program. defines: values of its parameters (`.param`); params: file to
-    read in place of the one that `.params` names. backend: 'rtl', the Verilated core, built at
-    first use (a minute or two), 'iss', the instruction-set model, or a `Backend` that exists, for
-    example `sim.debug.backend.open_backend("serial:/dev/ttyUSB0")`, a board.
+    program: source text, image file (*.json) or image. configuration: 'fast', 'small', 'stream' or
+    'wide'; None leaves it to the program. defines: values of its parameters (`.param`); params:
+    file to read in place of the one that `.params` names. backend: 'rtl', the Verilated core, built
+    at first use (a minute or two), 'iss', the instruction-set model, or a `Backend` that exists,
+    for example `sim.debug.backend.open_backend("serial:/dev/ttyUSB0")`, a board.
     inputs, outputs, states, exports: names, in the order of the program.
     Raises AssemblyError, ImageError, OSError for the program, CoreError for the rest.
     """

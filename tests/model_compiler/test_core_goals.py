@@ -97,6 +97,20 @@ def test_clock_goals__figures_of_this_rtl_alone_are_met_or_missed(
     assert set(clocks(monkeypatch, producer, "old", enough).values()) == {None}
 
 
+@pytest.mark.parametrize(("fast", "small", "met"), [(11_930, 4_930, True), (11_931, 4_931, False)])
+def test_matrix_goals__cores_without_streams_keep_cycles_and_area(
+    same_rtl, monkeypatch, fast, small, met
+):
+    areas = {"asip_fast": fast, "asip_small": small}
+    tops = {top: {"commit": "abc", "aluts": aluts} for top, aluts in areas.items()}
+    monkeypatch.setattr(clock_goals, "synthesised", lambda: {"tops": tops})
+    rows = {goal.name: goal for goal in clock_goals.matrix(True)}
+    assert [rows[f"{core}: ALUTs"].met for core in ("fast", "small")] == [met, met]
+    assert {row.value: row.met for name, row in rows.items() if "tick" in name} == {
+        cycles: True for cycles in (111, 204, 264, 518)
+    }
+
+
 def test_figures_of_another_core_or_none_are_not_met(same_rtl):
     other = core_goals(document("old"))
     assert len(missed(other)) == len(ROWS)

@@ -169,9 +169,9 @@ def run_robot(name: str, folder: Path, inputs: int, seconds: float | None, seed:
     return Row(name, built, plain.cycles, passed, proof, loop, law.rate, beside)
 
 
-def written_cycles(source: Path) -> int:
-    """Cycles of a tick of a program in assembly."""
-    program, machine = build_program(source)
+def written_cycles(source: Path, configuration: str | None = None) -> int:
+    """Cycles of a tick of a program in assembly; configuration: None for that of the file."""
+    program, machine = build_program(source, configuration=configuration)
     return report_program(program, machine).sections[0].cycles
 
 
