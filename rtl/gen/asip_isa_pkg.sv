@@ -61,11 +61,12 @@ package asip_isa_pkg;
   // Bank codes of source operands {bank[2:0], index[5:0]}; K spans two codes.
   localparam logic [2:0] BANK_ZERO = 3'b000;  // reads as +0.0 (and integer 0)
   localparam logic [2:0] BANK_A = 3'b001;  // results of the first multiply-add pipe
-  localparam logic [2:0] BANK_B = 3'b010;  // results of the second multiply-add pipe (`fast` only)
+  // results of the second multiply-add pipe (not on `small`)
+  localparam logic [2:0] BANK_B = 3'b010;
   localparam logic [2:0] BANK_C = 3'b011;  // results of the auxiliary units
   // constants and inputs; codes 4 and 5 together, index 0..127
   localparam logic [2:0] BANK_K = 3'b100;
-  // next word of the stream of pipe A (index 0) or B (1), each in the slot of that pipe (`stream` only)
+  // next word of the stream of pipe A (index 0) or B (1), each in the slot of that pipe (`stream` and `wide` only)
   localparam logic [2:0] BANK_S = 3'b110;
 
   // Limits.

@@ -144,7 +144,7 @@ def _product(name: str, image: Image, full: bool) -> Iterator[Goal]:
     assert rtl.cycles is not None and image.cycles is not None
     off = int((rtl.cycles != image.cycles).sum())
     yield exactly(
-        f"{name}: runs whose cycles are not those announced",
+        f"{name}: runs with a cycle count other than announced",
         off,
         0,
         "",
@@ -152,11 +152,11 @@ def _product(name: str, image: Image, full: bool) -> Iterator[Goal]:
     )
     unequal = sum(int((rtl[y].view(np.uint32) != iss[y].view(np.uint32)).sum()) for y in outputs)
     cure = "make goals T=matrix RUN=full runs 10 000 inputs"
-    yield exactly(f"{name}: words unlike the model's", unequal, 0, "", cure)
+    yield exactly(f"{name}: words that differ from the model", unequal, 0, "", cure)
     right = x.astype(float) @ matrix().T
     # SIZE roundings of a sum and one of each matrix word: |error| <= (SIZE + 1) u sum |w| |x| to
     # first order in u. The factor 1.01 covers the rest.
     bound = 1.01 * (SIZE + 1) * HALF_ULP * (np.abs(x).astype(float) @ np.abs(matrix()).T)
     error = np.abs(np.stack([rtl[y] for y in outputs], axis=1) - right)
     worst = float((error / bound).max())
-    yield at_most(f"{name}: largest error, of its bound", worst, 1.0, "", cure)
+    yield at_most(f"{name}: largest error as a fraction of its bound", worst, 1.0, "", cure)

@@ -37,7 +37,7 @@ def rows(full: bool) -> Iterator[Goal]:
         yield exactly(f"{name}, bits differ from the interpreter", not proof.bits_equal, 0, "1")
         worst = max((c.share for c in proof.checks.values()), default=0.0)
         yield at_most(
-            f"{name}, error by its certified bound", worst, 1, "1",
+            f"{name}, error as a fraction of its certified bound", worst, 1, "1",
             "" if certificate.finite else "a result has no finite bound",
         )  # fmt: skip
         cure = "make goals T=matrix RUN=full"

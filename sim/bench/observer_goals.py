@@ -48,22 +48,25 @@ def rows(full: bool) -> Iterator[Goal]:
             built = build_observer(system, Path(folder) / "observer.s", configuration)
         seconds = time.process_time() - begin
         yield at_most(f"{name}, tick", built.cycles, most, "cycles")
-        yield at_most(f"{name}, compiling", seconds, SECONDS, "s of a processor")
+        yield at_most(f"{name}, compile time", seconds, SECONDS, "s of a processor")
         proof = prove_observer(system, built, COUNT if full else QUICK)
-        other = "runs whose cycles are not those announced"
+        other = "runs with a cycle count other than announced"
         yield exactly(f"{name}, {other}", proof.other_cycles, 0, "")
-        yield exactly(f"{name}, words unlike the interpreter's", proof.unequal, 0, "")
+        yield exactly(f"{name}, words that differ from the interpreter", proof.unequal, 0, "")
         note = f"{proof.error:.2g} m; the bound holds in every tick"
-        yield at_most(f"{name}, error by its certified bound", proof.share, 1, "1", note)
+        yield at_most(
+            f"{name}, error as a fraction of its certified bound", proof.share, 1, "1", note
+        )
         yield depth(f"{name}, ticks tried", proof.ticks, COUNT, "1", CURE)
         ticks = WATCHED[full]
         seen = watch(system, built.image, ticks)
         size = float(np.sqrt((recording(ticks)[0] ** 2).mean()))
         note = f"{1000 * seen.double:.3g} mm in doubles, {ticks} ticks of a nonlinear chain"
-        yield at_most(f"{name}, estimate's error by that in doubles", seen.core / seen.double,
-                      RATIO, "1", note)  # fmt: skip
+        ratio = seen.core / seen.double
+        what = "estimation error relative to double precision"
+        yield at_most(f"{name}, {what}", ratio, RATIO, "1", note)
         yield at_most(
-            f"{name}, estimate's error by the states", 100 * seen.core / size, LARGEST, "%"
+            f"{name}, estimation error relative to the states", 100 * seen.core / size, LARGEST, "%"
         )
 
 
@@ -90,12 +93,14 @@ def drive_loops(full: bool) -> Iterator[Goal]:
         built = loop_program(drives, setting, configuration)
         seconds = time.process_time() - begin
         yield at_most(f"{where}, tick", built.cycles, most, "cycles")
-        yield at_most(f"{where}, compiling", seconds, SECONDS, "s of a processor")
+        yield at_most(f"{where}, compile time", seconds, SECONDS, "s of a processor")
         proof = prove(built.compiled, built.image, count=COUNT if full else QUICK)
         yield exactly(f"{where}, bits differ from the interpreter", not proof.bits_equal, 0, "1")
         yield exactly(f"{where}, results without a bound", proof.unbounded, 0, "")
         worst = proof.worst_fraction_of_bound
-        yield at_most(f"{where}, error by its bound", worst, 1, "1", proof.worst_result)
+        yield at_most(
+            f"{where}, error as a fraction of its bound", worst, 1, "1", proof.worst_result
+        )
         yield depth(f"{where}, inputs tried", proof.inputs_tried, COUNT, "1", CURE)
     for axis in AXES if full else ():
         yield _certified(name, current_law(drives, setting, [axis]), axis)
@@ -105,8 +110,8 @@ def drive_loops(full: bool) -> Iterator[Goal]:
         with_it, without = (load_step(drives, each, axis, mass) for each in (setting, plain))
         share = 100 * with_it.lasting / without.lasting
         note = f"{1e6 * without.lasting:.3g} um or urad without, {1e6 * with_it.peak:.3g} at most"
-        yield at_most(f"{name}, axis {axis}: lasting displacement by a load, by that without",
-                      share, LASTING, "%", note)  # fmt: skip
+        what = "lasting displacement under load, relative to that without the observer"
+        yield at_most(f"{name}, axis {axis}: {what}", share, LASTING, "%", note)
         yield exactly(
-            f"{name}, axis {axis}: numbers of cycles of a tick", len(with_it.cycles), 1, ""
+            f"{name}, axis {axis}: different cycle counts of a tick", len(with_it.cycles), 1, ""
         )

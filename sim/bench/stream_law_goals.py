@@ -67,10 +67,10 @@ def predictive_control(full: bool) -> Iterator[Goal]:
     flight, cycles = fly_core(problem, images["stream"])
     double = fly_reference(problem)
     ratio = flight.error / double.error
-    yield at_most(f"{name}, flight: error by that in doubles", ratio, RATIO, "1",
+    yield at_most(f"{name}, flight: tracking error relative to double precision", ratio, RATIO, "1",
                   f"{1000 * double.error:.1f} mm, figure eight with a gust")  # fmt: skip
-    yield at_most(f"{name}, flight: beyond the box of y", 1000 * flight.beyond, 16, "mm")
-    yield exactly(f"{name}, flight: numbers of cycles of a tick", len(cycles), 1, "1")
+    yield at_most(f"{name}, flight: violation of the box of y", 1000 * flight.beyond, 16, "mm")
+    yield exactly(f"{name}, flight: different cycle counts of a tick", len(cycles), 1, "1")
 
 
 def landing(full: bool) -> Iterator[Goal]:
@@ -84,13 +84,15 @@ def landing(full: bool) -> Iterator[Goal]:
         where = f"{name} on {configuration}, landing"
         found, cycles = land_core(problem, image)
         note = f"after {found.time:.1f} s, in wind; {100 * found.held:.0f} % of ticks at the cone"
-        yield at_most(f"{where}: distance from the pad's middle", found.miss, 0.25, "m", note)
-        yield at_most(f"{where}: sink", found.sink, 0.6, "m/s")
+        yield at_most(f"{where}: distance from the pad's centre", found.miss, 0.25, "m", note)
+        yield at_most(f"{where}: sink rate", found.sink, 0.6, "m/s")
         yield at_most(f"{where}: horizontal speed", found.drift, 0.15, "m/s")
-        yield at_most(f"{where}: thrust beyond its cone", found.cone, 1e-6, "of its radius")
+        yield at_most(f"{where}: violation of the thrust cone", found.cone, 1e-6, "of its radius")
         apart = float(np.abs(found.states - double.states).max())
-        yield at_most(f"{where}: from the landing in doubles", 1e6 * apart, 100, "um, um/s")
-        yield exactly(f"{where}: numbers of cycles of a tick", len(cycles), 1, "1")
+        yield at_most(
+            f"{where}: deviation from the landing in double precision", 1e6 * apart, 100, "um, um/s"
+        )
+        yield exactly(f"{where}: different cycle counts of a tick", len(cycles), 1, "1")
 
 
 def _programs(
@@ -111,14 +113,14 @@ def _programs(
             f"{words[0]} and {words[1]} words of the streams"
         )
         yield at_most(f"{where}, tick", built.cycles, cycles, "cycles", memories)
-        yield at_most(f"{where}, compiling", seconds, SECONDS, "s of a processor")
+        yield at_most(f"{where}, compile time", seconds, SECONDS, "s of a processor")
         proof = prove_mpc(problem, built.compiled, built.image, COUNT if full else QUICK["ticks"])
-        other = "runs whose cycles are not those announced"
+        other = "runs with a cycle count other than announced"
         yield exactly(f"{where}, {other}", proof.other_cycles, 0, "")
         unequal = bool(proof.difference)
-        yield exactly(f"{where}, bits differ from the interpreter", unequal, 0, "1")
+        yield exactly(f"{where}, words that differ from the interpreter", unequal, 0, "1")
         note = f"{proof.error:.2g} {unit}"
-        yield at_most(f"{where}, error by its bound", proof.share, 1, "1", note)
+        yield at_most(f"{where}, error as a fraction of its bound", proof.share, 1, "1", note)
         yield depth(f"{where}, ticks tried", proof.ticks, COUNT, "1", CURE)
 
 
@@ -127,11 +129,11 @@ def _distance(name: str, problem: Problem) -> Iterator[Goal]:
     far = distance(problem, COUNT)
     high = 100 * np.quantile(far.excess, 0.99)
     note = f"{far.solver}, {COUNT} initial states, 99 %: {high:.2g} %"
-    yield exactly(f"{name}, initial states without a plan", far.infeasible, 0, "1")
+    yield exactly(f"{name}, initial states without a feasible plan", far.infeasible, 0, "1")
     median = 100 * float(np.median(far.excess))
     yield at_most(f"{name}, cost above the optimum, median", median, 1, "%", note)
     worst = 100 * float(far.violation.max())
-    yield at_most(f"{name}, state beyond its box, largest", worst, 1, "% of the box")
+    yield at_most(f"{name}, largest violation of a state's box", worst, 1, "% of the box")
 
 
 def policies(full: bool) -> Iterator[Goal]:
@@ -163,8 +165,8 @@ def _policy(
     else:
         yield at_most(f"{name}, tick", built.cycles, most, "cycles", note)
         used = 100 * network.products / (lanes * product_cycles(built.image))
-        yield at_least(f"{name}, lane cycles used by products in their cycles", used, SHARE, "%")
-    yield at_most(f"{name}, compiling", seconds, SECONDS, "s of a processor")
+        yield at_least(f"{name}, lane cycles used within the products", used, SHARE, "%")
+    yield at_most(f"{name}, compile time", seconds, SECONDS, "s of a processor")
     count = COUNT if full else QUICK["inputs"]
     random = np.random.default_rng(SEED)
     graph, outputs = built.compiled.graph, [port.name for port in law.of_kind("output")]
@@ -187,9 +189,9 @@ def _policy(
                 worst = max(
                     worst, float((np.abs(ticks[output] - want[:, k]) / limit[output]).max())
                 )
-    yield exactly(f"{name}, words unlike the interpreter's", unequal, 0, "")
-    yield exactly(f"{name}, runs whose cycles are not those announced", other, 0, "")
-    yield at_most(f"{name}, error by its bound", worst, 1, "1")
+    yield exactly(f"{name}, words that differ from the interpreter", unequal, 0, "")
+    yield exactly(f"{name}, runs with a cycle count other than announced", other, 0, "")
+    yield at_most(f"{name}, error as a fraction of its bound", worst, 1, "1")
     yield depth(f"{name}, inputs tried", count, COUNT, "1", CURE)
 
 
