@@ -148,8 +148,8 @@ def timing(order: Order, report: Report) -> Iterator[Goal]:
         report(f"cycles of {period / 1000} us with the process data of five axes")
         wrong, late = keeps_cycle(device, period, 200)
         name = (
-            "controller with the application port copied by the bench, data of five axes every "
-            f"{period / 1000:g} us: wrong counters and late inputs of 200 cycles"
+            "process data of five axes, copied back by the test bench, every "
+            f"{period / 1000:g} us: cycles of 200 with a wrong counter or late inputs"
         )
         yield at_most(name, wrong + late, 0, "cycles")
 

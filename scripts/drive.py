@@ -8,7 +8,7 @@
                                       producers their rows alone
     python -m scripts.drive motor.toml    bring up the motor of that file alone, to build/motor.*
 
-Exit status: 0 if every goal is met, 1 if one is missed or not measured, 2 wrong command line.
+Exit status: 0 if no goal is missed, 1 if one is, 2 wrong command line.
 """
 
 from __future__ import annotations
@@ -196,11 +196,12 @@ def delay_texts(late: Mapping[str, float]) -> dict[str, str]:
             "| from | to | delay at 125 MHz |\n| --- | --- | --- |\n"
             "| first clock of a control period, positions taken | commands, friction in the law | "
             f"{late['commands']:.1f} us |\n"
-            "| commands | orders of the current loops | "
+            "| commands | set-points of the current loops | "
             f"next sample, {late['orders']:.0f} us at most |\n"
             "| middle of the currents' window | compare values in force | "
             f"{late['values']:.1f} us |\n"
-            f"| that | middle of the voltage it makes | {late['voltage']:.0f} us |\n"
+            "| compare values in force | middle of the resulting voltage | "
+            f"{late['voltage']:.0f} us |\n"
         ),
         "pulse": (
             f"One count of the table is {late['count']:.0f} urad. The tracking law answers it with "

@@ -86,8 +86,12 @@ PAGES = (
     Page("docs/conformance.md", "-m tests.conformance.page"),
     Page("docs/ethercat_application.md", "-m sim.bus.device_run --docs"),
     *(
-        Page(name, "scripts/readme.py", BUILD / "results.json", "make run", all_platforms)
+        Page(name, "scripts/readme.py results", BUILD / "results.json", "make run", all_platforms)
         for name in ("README.md", "docs/index.md")
+    ),
+    *(
+        Page(name, "scripts/readme.py synthesis", BUILD / "synth.json", "microtick synth")
+        for name in ("README.md", "docs/platforms.md")
     ),
     Page(
         "docs/platforms.md",

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Write the measured sections of README.md from JSON files, so no figure is typed by hand.
 
-`python scripts/readme.py` replaces the text between the results marks by what build/results.json
-says (of `make run`), if that file exists, and so the figures of docs/index.md. The cores' figures
-in build/synth.json (of `microtick synth`) are saved in docs/data/synthesis.json, each core with its
-commit; the text between the synthesis marks is written from there, and so are the areas of
-docs/platforms.md, and table 4 of `make run` on a machine that has synthesised nothing.
+`python scripts/readme.py results` replaces the text between the results marks by what
+build/results.json says (of `make run`), and so the figures of docs/index.md. `python
+scripts/readme.py synthesis` saves the cores' figures in build/synth.json (of `microtick synth`) in
+docs/data/synthesis.json, each core with its commit. The text between the synthesis marks is written
+from there, and so are the areas of docs/platforms.md, and table 4 of `make run` on a machine that
+has synthesised nothing.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from asip_asm.command import command
+from asip_asm.command import command, script_parser
 from asip_asm.files import write_text
 from scripts.generated import table
 from sim.bench.platforms.__main__ import area_section
@@ -145,32 +146,43 @@ def synthesis(data: dict[str, Any]) -> str:
     return "\n".join(["", *table([*head, "clock [MHz], median (range)"], rows), ""]) + "\n"
 
 
+def write_results(folder: Path) -> None:
+    """The results of `make run` into README.md and docs/index.md; raises FileNotFoundError, and
+    ValueError for results of a part."""
+    data = json.loads((folder / "results.json").read_text(encoding="utf-8"))
+    if len(data["platforms"]) < 3 or not data["path"]["whole"]:
+        raise ValueError("results.json is of a part; run `make run` without PLATFORMS, TICKS")
+    write_between_marks(README, {"results": section(data)})
+    write_between_marks(INDEX, {"figures": figures(data)})
+
+
+def write_synthesis(folder: Path) -> None:
+    """The cores' figures of `microtick synth` into docs/data, README.md and docs/platforms.md;
+    raises FileNotFoundError."""
+    document = kept(json.loads((folder / "synth.json").read_text(encoding="utf-8")))
+    write_text(KEPT, json.dumps(document, indent=2) + "\n")
+    write_between_marks(README, {"synthesis": synthesis(document)})
+    write_between_marks(PLATFORMS, {"area": area_section(document["tops"])})
+
+
+SECTIONS = {"results": write_results, "synthesis": write_synthesis}
+
+
 @command("scripts/readme.py")
 def main(arguments: list[str]) -> int:
-    """Rewrite README.md and docs/platforms.md; returns the exit status."""
-    folder = Path(arguments[0]) if arguments else ROOT / "build"
-    texts = {}
-    results, measured = folder / "results.json", folder / "synth.json"
-    if not (results.is_file() or measured.is_file()):
-        sys.stderr.write(
-            f"error: no results.json or synth.json in {folder}; run `make run` first\n"
-        )
+    """Rewrite one section of README.md; returns the exit status."""
+    prog = "python scripts/readme.py"
+    parser = script_parser("Write a measured section of README.md.", f"{prog} synthesis", prog)
+    parser.add_argument("section", choices=SECTIONS, help="the section to write")
+    parser.add_argument(
+        "--folder", type=Path, default=ROOT / "build", help="of the JSON file (build)"
+    )
+    options = parser.parse_args(arguments)
+    try:
+        SECTIONS[options.section](options.folder)
+    except (FileNotFoundError, ValueError) as error:
+        sys.stderr.write(f"error: {error}\n")
         return 1
-    if results.is_file():
-        data = json.loads(results.read_text(encoding="utf-8"))
-        if len(data["platforms"]) < 3 or not data["path"]["whole"]:
-            sys.stderr.write(
-                f"error: {results} is of a part; run `make run` without PLATFORMS, TICKS\n"
-            )
-            return 1
-        texts["results"] = section(data)
-        write_between_marks(INDEX, {"figures": figures(data)})
-    if measured.is_file():
-        document = kept(json.loads(measured.read_text(encoding="utf-8")))
-        write_text(KEPT, json.dumps(document, indent=2) + "\n")
-    document = json.loads(KEPT.read_text(encoding="utf-8"))
-    write_between_marks(README, texts | {"synthesis": synthesis(document)})
-    write_between_marks(PLATFORMS, {"area": area_section(document["tops"])})
     return 0
 
 

@@ -105,7 +105,7 @@ def nops(program: LabelledWords, count: int) -> None:
 
 LATE = 2
 ROWS = (
-    Row("add, compare, logic", instruction("add", 2, 3, 4), (1, 0), result=True),
+    Row("add, logic", instruction("add", 2, 3, 4), (1, 0), result=True),
     Row("compare", instruction("cmplt", 2, 3, 4), (1, 0), result=True),
     Row("shift, rotate", instruction("sll", 2, 3, 4), (1, LATE), result=True),
     Row("mul, muli", instruction("mul", 2, 3, 4), (1, LATE), result=True),

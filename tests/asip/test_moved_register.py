@@ -15,6 +15,7 @@ from pathlib import Path
 
 import pytest
 
+from asip_asm.gen.asip_regmap import REGMAP
 from tests.bench.commands import output
 from tests.bench.copies import share_models
 
@@ -25,8 +26,9 @@ MOVES = {
     "} STATUS @ 0x0C": "} STATUS @ 0x3C",
     "} STREAM @ 0x3C": "} STREAM @ 0x0C",
 }
+ADDRESS_BITS = (len(REGMAP.registers) - 1).bit_length()
 FOLLOWED = {
-    "rtl/gen/asip_regmap_pkg.sv": ("CONTROL_START_LSB = 9;", "REG_STATUS = 4'hf;"),
+    "rtl/gen/asip_regmap_pkg.sv": ("CONTROL_START_LSB = 9;", f"REG_STATUS = {ADDRESS_BITS}'hf;"),
     "asip_asm/gen/asip_regmap.py": ("done=30",),
     "sim/core/host/gen/asip_regs.h": ("ASIP__CSR__STATUS__FAULT_bp 17",),
     "docs/regmap.md": ("| 0x000f | `STATUS` |", "| 30 | `done` |", "| 9 | `start` |"),

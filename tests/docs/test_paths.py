@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files that README, CONTRIBUTING and the pages name exist, and so do the names of CONTRIBUTING's
-steps in the files that they send a reader to."""
+"""Files that README, CONTRIBUTING and the pages name exist, and so do the names in the steps of
+CONTRIBUTING and registers.md in the files that they send a reader to."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MADE = {  # by steps of docs/custom_instructions.md
     "nios_sw/demo/ci_bswap.c",
 }
 PAGES = pages() | {"CONTRIBUTING.md": (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")}
-# Names in the steps of CONTRIBUTING, with the file that each step names.
+# Names in the steps, with the file that each step names.
 STEPS = {
     "LAWS": "sim/laws/laws.py",
     "gravity_compensation": "sim/laws/laws.py",
@@ -42,6 +42,39 @@ STEPS = {
     "PROGRAMS": "tests/gcode/test_gcode_table.py",
     "TOPS": "scripts/lint_rtl.py",
     "CORES": "scripts/gen_core_files.py",
+    "Settings": "sim/laws/laws.py",
+    "add_robot_options": "sim/laws/asip_model/robot_options.py",
+    "settings_of": "sim/laws/asip_model/robot_options.py",
+    "PLANTED": "tests/model_compiler/planted.py",
+    "word": "rtl/asip/asip_host.sv",
+    "configures": "rtl/asip/asip_host.sv",
+    "gen_parity": "rtl/asip/asip_host.sv",
+    "IGNORED": "sim/motion/gcode/unsupported.py",
+    "IDLE_LETTERS": "sim/motion/gcode/unsupported.py",
+    "Motion": "sim/motion/geometry/moves.py",
+    **dict.fromkeys(
+        ("CYCLES", "SPLINES", "THREADS", "PROBES", "LATHE", "_VALUE_LETTERS"),
+        "sim/motion/gcode/block.py",
+    ),
+    "_change_tool": "sim/motion/gcode/interpreter.py",
+    "OTHER_LISTS": "tests/rtl/test_rtl_files.py",
+    "LISTS": "tests/package/test_core_files.py",
+    "Work": "tests/silicon/work.py",
+    "AT_WORK": "scripts/plain_goals.py",
+    "BLOCKS": "scripts/drive.py",
+    "PACKAGES": "tests/rtl/test_assertions.py",
+    **dict.fromkeys(
+        ("ENCODERS", "LINES", "KEYS", "ANSWER", "REST", "port_name"),
+        "sim/bench/drive/axis/motor_file.py",
+    ),
+    "axis_check": "nios_sw/ethercat/axis.c",
+    "application_written": "nios_sw/ethercat/application.c",
+    "WANTED": "tests/ethercat/test_dictionary.py",
+    "AREAS": "scripts/goals.py",
+    **dict.fromkeys(
+        ("at_most", "at_least", "exactly", "depth", "not_measured"), "sim/report/goals.py"
+    ),
+    "Page": "scripts/measured_pages.py",
 }
 
 
@@ -82,8 +115,8 @@ def test_path__that_is_gone__is_found() -> None:
 
 
 @pytest.mark.parametrize("name", STEPS)
-def test_steps_of_contributing__names__are_in_their_files(name: str) -> None:
-    steps = PAGES["CONTRIBUTING.md"]
+def test_steps__names__are_in_their_files(name: str) -> None:
+    steps = PAGES["CONTRIBUTING.md"] + PAGES["docs/registers.md"]
     assert re.search(rf"`[^`]*\b{name}\b[^`]*`", steps)
     text = (ROOT / STEPS[name]).read_text(encoding="utf-8")
     assert re.search(rf"\b{name}\b", text)

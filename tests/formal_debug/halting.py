@@ -107,8 +107,8 @@ def bus_of_a_commit(ctx: Context) -> Iterator[Case]:
 
 @proof(
     "asip_control",
-    "busy is what the state is, and an idle core that is not asked to start stays idle",
-    "any state in which busy is what the state is, any inputs",
+    "busy matches the state, and an idle core without a start request stays idle",
+    "any state that busy matches, any inputs",
     quick=True,
 )
 def idle_core(ctx: Context) -> Iterator[Case]:

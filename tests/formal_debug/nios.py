@@ -14,9 +14,9 @@ EVENT = {"en": 36, "issue_d": 35, "break_m": 34, "return_m": 33}
 
 @proof(
     "n2_debug",
-    "without a debugger nothing is stopped, nor is a halted core; a halt is pending until it is"
-    " taken; a core stays halted until bret, after which one instruction issues in any case; an"
-    " instruction of the host goes to a halted core alone, and is valid for one moving clock",
+    "no breakpoint acts without a debugger or in a halted core; a halt is pending until it is"
+    " taken; a core stays halted until bret, after which one instruction always issues; an"
+    " instruction of the host goes only to a halted core, and is valid for one moving clock",
     "any state and inputs, the core not in reset",
     quick=True,
 )

@@ -69,7 +69,7 @@ class DeadTime(Observer):
 @proof(
     "pwm_phase",
     "both gates are never on together; a gate turns on only after both were off for the dead time "
-    "of the last clock of a gate, and one clock at least; off_i turns both off with the next edge",
+    "set when a gate was last on, at least one clock; off_i turns both off with the next edge",
     "any carrier, compare values, modes, dead times and faults, changing in any clock",
     quick=True,
 )

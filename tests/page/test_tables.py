@@ -108,7 +108,8 @@ def test_make_readme__synthesis_is_kept_and_shown(monkeypatch, tmp_path):
     monkeypatch.setattr(readme, "README", page)
     monkeypatch.setattr(readme, "PLATFORMS", platforms)
     monkeypatch.setattr(readme, "KEPT", kept)
-    assert readme.main([str(tmp_path)]) == 1
+    arguments = ["synthesis", "--folder", str(tmp_path)]
+    assert readme.main(arguments) == 1
     top = {
         **{"aluts": 12, "registers": 34, "dsp_18x18": 5, "memory_bits": 6789, "commit": "abc"},
         "modules": ["fp_add"],
@@ -120,7 +121,7 @@ def test_make_readme__synthesis_is_kept_and_shown(monkeypatch, tmp_path):
     kept.write_text(json.dumps({"measured": "so", "tops": {name: other for name in cores}}))
     data = {"measured": "so", "tops": {"n2_core": top, "fp_add": top}}
     (tmp_path / "synth.json").write_text(json.dumps(data))
-    assert readme.main([str(tmp_path)]) == 0
+    assert readme.main(arguments) == 0
     row = "| Nios II core | 12 | 34 | 5 | 7 | 100 (99..101, 2 seeds) |"
     assert row in page.read_text()
     tops = json.loads(kept.read_text())["tops"]

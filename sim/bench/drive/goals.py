@@ -200,8 +200,8 @@ def measure_chain(
     report(f"{SAMPLE:g} s of the current loops, every clock, two draws of the noise")
     noise = float(np.abs(draws.apart(robot, drives, best.rtl, ticks)).max())
     most = float(np.abs(best.current[: ticks - SKIP]).max())
-    text = f"the same in any tick of the first {SAMPLE:g} s"
-    rows.most(f"{text}; target: two draws of the RTL's noise", most, "A", noise)
+    text = f"averaged inverters against RTL, largest current difference in the first {SAMPLE:g} s"
+    rows.most(f"{text}; target: between two RTL runs with other noise", most, "A", noise)
     for (name, axes), unit, most in zip(GROUPS.items(), ("um", "urad"), EQUAL, strict=True):
         off = 1e6 * max(float(piece.difference[axes].max()) for piece in found.values())
         text = f"averaged inverters against {what}, largest error of each {name}"
