@@ -69,6 +69,7 @@ module asip #(
   logic [Slots*OpWidth-1:0] ops_r1_q, ops_r2_q, ops_e1_q;
   logic [Ports-1:0][31:0] early_r2, operand_e1;
   asip_pkg::facts_t facts_c;  // of C's result
+  logic [Ports-1:0][3:0] early_facts_r2;  // facts_t each
   logic [Ports-1:0] late_r2;  // the operand is C's result
   asip_pkg::decoded_t aux_p, aux_d, aux_e1;
   logic address_fault;
@@ -369,6 +370,7 @@ module asip #(
       .guard_i              (guard),
       .bad_constant_e1_o    (bad_constant_e1),
       .early_r2_o           (early_r2),
+      .facts_r2_o           (early_facts_r2),
       .late_r2_o            (late_r2),
       .operand_e1_o         (operand_e1)
   );
@@ -417,7 +419,7 @@ module asip #(
 
         // Before the multiply-add `vbelow` and `vabove` limit operand a, and `vscale` makes 2^n of b, with n its lowest
         // 8 bits. Each is decided for C's result and for what else the operand may be, side by side.
-        assign facts_r2 = asip_pkg::facts_of(early_r2[3*p]) | ({4{late_r2[3*p]}} & facts_c);
+        assign facts_r2 = early_facts_r2[3*p] | ({4{late_r2[3*p]}} & facts_c);
 
         function automatic logic [31:0] factor(input logic [31:0] word, input logic power);
           factor = power ? asip_pkg::power_of_two(word[7:0]) : word;
@@ -769,6 +771,6 @@ module asip #(
   assign trace_data_o  = result;
 
   logic unused_ops;
-  assign unused_ops = ^{ops_e1_q, early_r2, late_r2, decoded_p, decoded_q, decoded_d};
+  assign unused_ops = ^{ops_e1_q, early_r2, early_facts_r2, late_r2, decoded_p, decoded_q, decoded_d};
 
 endmodule

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_host: Avalon-MM agent and control and status registers (map: docs/regmap.md).
-// Contract: word addresses, 32-bit words only. Writes take one cycle, reads five. With Debug, a read of bank K comes two
-// clocks after a write to it at the earliest. Accesses to memories and to registers that configure a run are held by
-// waitrequest_o while a run is active. A word beyond a memory reads 0 and is not written.
+// Contract: word addresses, 32-bit words only. Writes take one cycle, reads five. With several slots and without
+// Resilience, a read in the clock after a write to a register or constant takes six. Accesses to memories and to
+// registers that configure a run are held by waitrequest_o while a run is active. A word beyond a memory reads 0 and is
+// not written.
 module asip_host #(
     parameter int unsigned Slots     = 3,
     parameter int unsigned FmaPipes  = 2,
@@ -81,6 +82,7 @@ module asip_host #(
   logic [$clog2(asip_regmap_pkg::WORDS_PROGRAM)-3:0] bundle;
   logic [2:0] wait_q;
   logic read_done, refetch_q;
+  logic settle_q;  // a word is on its way into a bank
   logic in_counts;
   logic [asip_regmap_pkg::WORDS_CSR-1:0][31:0] word;  // registers but the counters
   logic [Groups-1:0][31:0] group_q;
@@ -197,6 +199,7 @@ module asip_host #(
     if (!rst_ni) begin
       wait_q        <= 3'd0;
       refetch_q     <= 1'b0;
+      settle_q      <= 1'b0;
       irq_done_q    <= 1'b0;
       irq_fault_q   <= 1'b0;
       watchdog_q    <= asip_regmap_pkg::RESET_WATCHDOG;
@@ -204,7 +207,8 @@ module asip_host #(
       output_mask_q <= 32'd0;
     end else begin
       refetch_q <= (csr_write && csr == asip_regmap_pkg::REG_ENTRY) || write_program_o;
-      wait_q <= (read_i && !held && !read_done) ? wait_q + 3'd1 : 3'd0;
+      settle_q <= Slots > 1 && Resilience == 0 && (write_constant_o || write_register_o);
+      wait_q <= (read_i && !held && !read_done && !settle_q) ? wait_q + 3'd1 : 3'd0;
       if (csr_write && csr == asip_regmap_pkg::REG_IRQ_ENABLE) begin
         irq_done_q  <= writedata_i[asip_regmap_pkg::IRQ_ENABLE_DONE_LSB];
         irq_fault_q <= writedata_i[asip_regmap_pkg::IRQ_ENABLE_FAULT_LSB];

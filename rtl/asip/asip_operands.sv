@@ -2,12 +2,11 @@
 // asip_operands: register banks, constant bank, bypass and operand registers (stages R1, R2).
 // Contract: the source fields of stage D, three cycles later, are values in the operand registers (E1);
 // early_r2_o are the same values a cycle before, apart from those that late_r2_o marks: these are C's result, which
-// comes later in the cycle, and early_r2_o is zero.
+// comes later in the cycle, and early_r2_o is zero. facts_r2_o are the facts of early_r2_o.
 // The banks are read at the end of D, R1 takes what they answer, R2 selects. A result in write-back
 // during D, R1 or R2 comes from the bypass instead, decided in D from places 0, 1 and 2 of the write
 // schedules. While idle the host reads a register through the first source of the last slot, and
-// writes through the write ports; it reads a word of bank K two cycles after it writes one, at the earliest.
-// Ports = 3 is one slot, with one multiply-add pipe.
+// writes through the write ports; it reads two cycles after it writes, at the earliest. Ports = 3 is one slot, with one multiply-add pipe.
 module asip_operands #(
     parameter int unsigned FmaPipes   = 2,
     parameter int unsigned Ports      = 9,
@@ -39,6 +38,7 @@ module asip_operands #(
     output logic                       bad_constant_e1_o,
     // to the units, stages R2 and E1
     output logic [Ports-1:0][31:0]     early_r2_o,
+    output logic [Ports-1:0][3:0]      facts_r2_o,  // facts_t each
     output logic [Ports-1:0]           late_r2_o,
     output logic [Ports-1:0][31:0]     operand_e1_o
 );

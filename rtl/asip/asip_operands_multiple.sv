@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_operands_multiple: asip_operands for several slots, each bank a memory of its own.
 // Contract: that of asip_operands, cycle by cycle. Stage R2 is an OR of what each source gives, with a register for each
-// select: a source that is not selected gives zero. A word that the host writes to bank K is in the bank a cycle after
-// it is in the other banks.
+// select: a source that is not selected gives zero. Without Resilience a word of the host passes a register on its way to
+// the banks, whose copies are far apart: the host's next read of a bank waits a cycle (asip_host).
 module asip_operands_multiple #(
     parameter int unsigned FmaPipes   = 2,
     parameter int unsigned Ports      = 9,
@@ -34,6 +34,7 @@ module asip_operands_multiple #(
     output logic                       bad_constant_e1_o,
     // to the units, stages R2 and E1
     output logic [Ports-1:0][31:0]     early_r2_o,
+    output logic [Ports-1:0][3:0]      facts_r2_o,  // facts_t each
     output logic [Ports-1:0]           late_r2_o,
     output logic [Ports-1:0][31:0]     operand_e1_o
 );
@@ -56,25 +57,48 @@ module asip_operands_multiple #(
   logic sweep_r1;  // the sweep reads a word of bank K
   logic [Ports-1:0][31:0] read_a, read_b, read_c, read_k;
   logic [Ports-1:0][31:0] read_a_r2_q, read_b_r2_q, read_c_r2_q, read_k_r2_q, bypass_r2_q;
+  logic [Ports-1:0][31:0] held_r2;  // early_r2 but for the results of A and B
   logic [Ports-1:0][31:0] early_r2, operand_e1_q;
   logic [Ports-1:0][31:0] stream_r1;  // of the stream of the port's slot, or zero
   logic [2:0][31:0] last_data_q;
-  logic [2:0] host_write;
-  logic constant_write_q;
-  logic [6:0] constant_index_q;
-  logic [WordWidth-1:0] constant_q;
+  logic [3:0] host_write, host_strobe;  // K, C, B, A
+  logic [6:0] host_index;
+  logic [31:0] host_word;
 
   assign host_write[0] = host_write_i && host_register_i[8:6] == asip_isa_pkg::BANK_A;
   assign host_write[1] = host_write_i && host_register_i[8:6] == asip_isa_pkg::BANK_B;
   assign host_write[2] = host_write_i && host_register_i[8:6] == asip_isa_pkg::BANK_C;
+  assign host_write[3] = host_write_constant_i;
+
+  generate
+    if (Resilience != 0) begin : gen_host_at_once
+      // A page may be copied from the next clock on.
+      assign host_strobe = host_write;
+      assign host_index  = host_register_i[6:0];
+      assign host_word   = host_data_i;
+    end else begin : gen_host_register
+      logic [3:0] strobe_q;
+      logic [6:0] index_q;
+      logic [31:0] word_q;
+
+      always_ff @(posedge clk_i) begin
+        strobe_q <= host_write;
+        index_q  <= host_register_i[6:0];
+        word_q   <= host_data_i;
+      end
+
+      assign host_strobe = strobe_q;
+      assign host_index  = index_q;
+      assign host_word   = word_q;
+    end
+  endgenerate
 
   // Copying a page takes the words that the host's port reads.
   always_comb begin
     for (int unsigned b = 0; b < 3; b++) begin
-      bank_write[b] = write_i[b] || host_write[b];
-      bank_index[b] = BankWidth'({guard_i.page,
-                                  write_i[b] ? write_index_i[b] : host_register_i[5:0]});
-      bank_word[b]  = write_i[b] ? write_data_i[b] : host_data_i;
+      bank_write[b] = write_i[b] || host_strobe[b];
+      bank_index[b] = BankWidth'({guard_i.page, write_i[b] ? write_index_i[b] : host_index[5:0]});
+      bank_word[b]  = write_i[b] ? write_data_i[b] : host_word;
     end
     if (guard_i.copy) begin
       bank_write = {3{guard_i.copy_store}};
@@ -137,10 +161,16 @@ module asip_operands_multiple #(
         operand_e1_q[p] <= early_r2[p] | ({32{soon_r2_q[p][2]}} & write_data_i[2]);
       end
 
-      assign early_r2[p] = ({32{take_r2_q[p][0]}} & read_a_r2_q[p]) | ({32{take_r2_q[p][1]}} & read_b_r2_q[p]) |
+      assign held_r2[p]  = ({32{take_r2_q[p][0]}} & read_a_r2_q[p]) | ({32{take_r2_q[p][1]}} & read_b_r2_q[p]) |
                            ({32{take_r2_q[p][2]}} & read_c_r2_q[p]) | ({32{take_r2_q[p][3]}} & read_k_r2_q[p]) |
-                           ({32{soon_r2_q[p][0]}} & write_data_i[0]) | ({32{soon_r2_q[p][1]}} & write_data_i[1]) |
                            bypass_r2_q[p];
+      assign early_r2[p] = held_r2[p] | ({32{soon_r2_q[p][0]}} & write_data_i[0]) |
+                           ({32{soon_r2_q[p][1]}} & write_data_i[1]);
+
+      // Not facts_of(early_r2), which would come later.
+      assign facts_r2_o[p] = asip_pkg::facts_of(held_r2[p]) |
+                             ({4{soon_r2_q[p][0]}} & asip_pkg::facts_of(write_data_i[0])) |
+                             ({4{soon_r2_q[p][1]}} & asip_pkg::facts_of(write_data_i[1]));
 
       assign late_r2_o[p] = soon_r2_q[p][2];
 
@@ -165,12 +195,7 @@ module asip_operands_multiple #(
     end
   endgenerate
 
-  always_ff @(posedge clk_i) begin
-    last_data_q      <= write_data_i;
-    constant_write_q <= host_write_constant_i;
-    constant_index_q <= host_register_i[6:0];
-    constant_q       <= WordWidth'({^host_data_i, host_data_i});
-  end
+  always_ff @(posedge clk_i) last_data_q <= write_data_i;
 
   asip_regbank #(
       .IndexWidth(BankWidth),
@@ -222,9 +247,9 @@ module asip_operands_multiple #(
       .ReadPorts (Ports)
   ) u_bank_k (
       .clk_i,
-      .write_i      (constant_write_q),
-      .write_index_i(constant_index_q),
-      .write_data_i (constant_q),
+      .write_i      (host_strobe[3]),
+      .write_index_i(host_index),
+      .write_data_i (WordWidth'({^host_word, host_word})),
       .read_index_i (index_k),
       .read_data_o  (read_k_word)
   );

@@ -273,6 +273,9 @@ def test_registers__written_by_the_host__read_back(configuration):
         dut.write(register_address(name), 0x9E3779B9 * (i + 1))
     for i, name in enumerate(names):
         assert dut.read(register_address(name)) == 0x9E3779B9 * (i + 1) & 0xFFFFFFFF, name
+    for i, name in enumerate(names):  # read in the next clock
+        dut.write(register_address(name), 0xC2B2AE35 * (i + 1))
+        assert dut.read(register_address(name)) == 0xC2B2AE35 * (i + 1) & 0xFFFFFFFF, name
     for address in range(ISA.data_words):
         dut.write(BLOCK["data"] + address, 0x85EBCA6B * (address + 1))
     dut.write(BLOCK["data"] + ISA.data_words, 0xFFFFFFFF)  # outside: lost, not folded back
@@ -281,6 +284,20 @@ def test_registers__written_by_the_host__read_back(configuration):
     assert dut.read(BLOCK["data"] + ISA.data_words) == 0
     for block in ("constants", "safe", "program"):  # write only
         assert dut.read(BLOCK[block]) == 0
+
+
+@pytest.mark.parametrize("source", ["k1", "a1", "c1"])
+def test_word__written_in_the_clock_before_the_start__is_used(configuration, source):
+    dut = bench.core(configuration)
+    image = bench.image(configuration, [(op("mov", "o0", source), HALT)])
+    assert bench.run(image).outputs
+    address = BLOCK["constants"] + 1 if source == "k1" else register_address(source)
+    for word in (THREE, TWO):
+        dut.write(CSR["CONTROL"], CLEAR)
+        dut.write(address, word)
+        dut.write(CSR["CONTROL"], START)
+        dut.clock(60)
+        assert dut.read(BLOCK["outputs"]) == word
 
 
 def test_program__rewritten_between_runs__the_new_one_runs(configuration):

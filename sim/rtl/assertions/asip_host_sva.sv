@@ -4,11 +4,8 @@ module asip_host_sva (
     input logic clk_i,
     input logic rst_ni,
     input logic hold_i,
-    input logic in_banks,
-    input logic in_constants,
     input logic start_o,
     input logic clear_o,
-    input logic read_i,
     input logic write_i,
     input logic waitrequest_o,
     input logic write_constant_o,
@@ -45,10 +42,6 @@ module asip_host_sva (
   InterruptOfAnEvent : assert property (@(posedge clk_i) disable iff (!rst_ni)
       irq_o |-> done_i || fault_i)
   else $error("an interrupt without an event");
-
-  BankKSettles : assert property (@(posedge clk_i) disable iff (!rst_ni)
-      write_constant_o |=> !(read_i && in_banks && in_constants))
-  else $error("a read of bank K in the clock after a write to it may miss it");
 
 endmodule
 
