@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // ecat_unit: the processing unit's stream: takes frames nibble by nibble and gives them out changed.
-// Contract: a nibble leaves Delay ticks after its coming, and as many leave as came. Bytes go to the
-// datagram processor and come back; the last four are the check sequence made again, inverted where
-// the frame was bad. destroy_i ends the frame's output at once. While looped_i a frame shorter than 64 bytes, what is left of
-// a destroyed one, loses its last Delay nibbles, and so all of them in some rounds. A frame's end is reported after its last byte:
-// frame_end_o with frame_bad_o; frame_good_o instead of the latter if its writes may come into force: check sequence
-// right, whole bytes, no RX_ER, not spoilt_i; byte_o with byte_valid_o is the datagram processor's input, result_i
-// its answer, which leaves with the fifth tick, 19 clocks after byte_valid_o, and must be a clock before.
+// Contract: a nibble leaves Delay + 1 ticks after it arrives, and as many leave as arrive. Bytes go to the datagram
+// processor and come back; the last four are the recomputed check sequence, inverted if the frame was bad. destroy_i
+// ends the frame's output at once. While looped_i a frame shorter than 64 bytes (the rest of a destroyed one) loses its
+// last Delay nibbles, so it is gone after some rounds. The end of a frame is reported after its last byte: by
+// frame_end_o with frame_bad_o, or with frame_good_o if its writes may take effect (right check sequence, whole bytes,
+// no RX_ER, not spoilt_i). byte_o with byte_valid_o is the datagram processor's input and result_i its answer, which
+// leaves with the fifth tick, 19 clocks after byte_valid_o, and must be valid a clock before.
 module ecat_unit (
     input  logic clk_i,
     input  logic rst_ni,
