@@ -2,8 +2,9 @@
 // asip_lane: a further lane of a multiply-add pipe: bank of registers, operands, arithmetic.
 // Contract: a vector operation of the pipe does here what it does in the pipe, in the same cycles. own_r2_i selects, by
 // operand, this lane's own word: the register of the same index, `zero` among them, or for the first operand the lane's
-// word of the stream. The other operands are the pipe's. Writes are those of the pipe's bank that a vector operation
-// makes. addend_r2_o is the register that the bundle names as addend.
+// word of the stream. The other operands are the pipe's, with registers in each lane: the wires from the pipe take a
+// part of R2 and a part of E1. Writes are those of the pipe's bank that a vector operation makes. addend_r2_o is the
+// register that the bundle names as addend.
 module asip_lane (
     input  logic                 clk_i,
     input  logic                 rst_ni,
@@ -22,14 +23,15 @@ module asip_lane (
     input  logic                 below_r2_i,
     input  logic                 above_r2_i,
     input  logic [2:0]           own_r2_i,
+    // .. what its limit leaves of operand a, operands c, b, a
+    input  logic                 keep_r2_i,
+    input  logic [1:0]           nan_r2_i,
+    input  logic                 least_r2_i,
+    input  logic [2:0][31:0]     operand_r2_i,
     // to the pipe, R2
     output logic [31:0]          addend_r2_o,
-    // from the pipe, E1: what its limit leaves of operand a, operands c, b, a
+    // from the pipe, E1
     input  logic                 start_e1_i,
-    input  logic                 keep_e1_i,
-    input  logic [1:0]           nan_e1_i,
-    input  logic                 least_e1_i,
-    input  logic [2:0][31:0]     operand_e1_i,
     output fp_pkg::flags_t       flags_o
 );
 
@@ -45,6 +47,9 @@ module asip_lane (
   logic stream_d, stream_r1_q;  // operand a is a word of the stream
   logic keep_r2, least_r2, keep_e1_q, least_e1_q;
   logic [1:0] nan_r2;
+  logic [2:0][31:0] pipe_e1_q;  // the pipe's operands
+  logic pipe_keep_e1_q, pipe_least_e1_q;  // zero for a word of the lane's own, as is pipe_nan_e1_q
+  logic [1:0] pipe_nan_e1_q;
   logic [1:0] own_e1_q;  // operands c, b
   logic [1:0] kind_e1_q;
   logic [31:0] last_q, result, a_e1, b_e1, c_e1;
@@ -123,15 +128,17 @@ module asip_lane (
     least_e1_q <= own_r2_i[0] && least_r2;
     word_e1_q  <= word_r2;
     if (power_r2_i) word_e1_q[1] <= asip_pkg::power_of_two(word_r2[1][7:0]);
+    pipe_e1_q  <= operand_r2_i;
+    {pipe_keep_e1_q, pipe_nan_e1_q, pipe_least_e1_q} <= {keep_r2_i, nan_r2_i, least_r2_i} & {4{!own_r2_i[0]}};
   end
 
   always_comb begin
     a_e1 = asip_pkg::limited(word_e1_q[0], keep_e1_q, 2'b00, least_e1_q);  // one of the two is zero
-    a_e1 = a_e1 | asip_pkg::limited(operand_e1_i[0], keep_e1_i, nan_e1_i, least_e1_i);
+    a_e1 = a_e1 | asip_pkg::limited(pipe_e1_q[0], pipe_keep_e1_q, pipe_nan_e1_q, pipe_least_e1_q);
   end
 
-  assign b_e1 = own_e1_q[0] ? word_e1_q[1] : operand_e1_i[1];
-  assign c_e1 = own_e1_q[1] ? word_e1_q[2] : operand_e1_i[2];
+  assign b_e1 = own_e1_q[0] ? word_e1_q[1] : pipe_e1_q[1];
+  assign c_e1 = own_e1_q[1] ? word_e1_q[2] : pipe_e1_q[2];
 
   fp_fma u_fma (
       .clk_i,

@@ -82,7 +82,7 @@ module fp_fma (
   logic [9:0] distance_e1_q;
   logic [7:0] exp_c_e1_q;
   logic sign_product_e1_q, sign_addend_e1_q;
-  logic a_zero_e1_q, b_zero_e1_q;
+  logic b_zero_e1_q;
   logic [2:0] highest_e1_q, fraction_e1_q;  // of c, b, a: exponent all ones, fraction not zero
 
   always_ff @(posedge clk_i) begin
@@ -95,7 +95,6 @@ module fp_fma (
     sign_addend_e1_q  <= sign_addend_e1;
     highest_e1_q      <= {&c_e1[30:23], &b_e1[30:23], &a_i[30:23]};
     fraction_e1_q     <= {c_fraction_e1, b_fraction_e1, a_fraction_e1};
-    a_zero_e1_q       <= a_subnormal_e1 && !a_fraction_e1;
     b_zero_e1_q       <= b_subnormal_e1 && !b_fraction_e1;
   end
 
@@ -117,7 +116,7 @@ module fp_fma (
   assign quiet_e2        = {sig_c_e1_q[22], sig_b_e1_q[22], sig_a_e1_q[22]};
   assign signalling_e2   = |(nans_e2 & ~quiet_e2);
   assign product_inf_e2  = |(highest_e1_q[1:0] & ~fraction_e1_q[1:0]);
-  assign product_zero_e2 = a_zero_e1_q || b_zero_e1_q;
+  assign product_zero_e2 = (!sig_a_e1_q[23] && !fraction_e1_q[0]) || b_zero_e1_q;  // a comes late to E1 in a lane
   assign addend_inf_e2   = highest_e1_q[2] && !fraction_e1_q[2];
 
   // A zero product must not push the addend out: treat it as infinitely far below.
