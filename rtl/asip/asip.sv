@@ -401,7 +401,7 @@ module asip #(
         logic [95:0] addend_r2;  // of the further lanes
         logic [31:0] addend_lanes_r2;
         logic [2:0] own_r2;  // by operand
-        logic [2:0][31:0] operand_r2;  // c, b, a
+        logic [31:0] a_r2, b_r2, c_r2;
         logic [31:0] factor_e1_q, addend_e1_q;  // operands b, c
         logic keep_r2, least_r2, keep_e1_q, least_e1_q;  // what the limit leaves of operand a
         logic [1:0] nan_r2, nan_e1_q;
@@ -436,13 +436,13 @@ module asip #(
 
         always_ff @(posedge clk_i) begin
           {keep_e1_q, nan_e1_q, least_e1_q} <= {keep_r2, nan_r2, least_r2};
-          factor_e1_q <= operand_r2[1];
-          addend_e1_q <= op_r2.pick && (|op_r2.b[1:0]) ? addend_lanes_r2 : operand_r2[2];
+          factor_e1_q <= b_r2;
+          addend_e1_q <= op_r2.pick && (|op_r2.b[1:0]) ? addend_lanes_r2 : c_r2;
         end
 
-        assign operand_r2[0] = early_r2[3*p] | ({32{late_r2[3*p]}} & result[2]);
-        assign operand_r2[1] = late_r2[3*p+1] ? factor(result[2], op_r2.power) : factor(early_r2[3*p+1], op_r2.power);
-        assign operand_r2[2] = early_r2[3*p+2] | ({32{late_r2[3*p+2]}} & result[2]);
+        assign a_r2 = early_r2[3*p] | ({32{late_r2[3*p]}} & result[2]);
+        assign b_r2 = late_r2[3*p+1] ? factor(result[2], op_r2.power) : factor(early_r2[3*p+1], op_r2.power);
+        assign c_r2 = early_r2[3*p+2] | ({32{late_r2[3*p+2]}} & result[2]);
 
         assign operand_units[3*p]   = asip_pkg::limited(operand_e1[3*p], keep_e1_q, nan_e1_q, least_e1_q);
         assign operand_units[3*p+1] = factor_e1_q;
@@ -472,7 +472,7 @@ module asip #(
                 .keep_r2_i    (keep_r2),
                 .nan_r2_i     (nan_r2),
                 .least_r2_i   (least_r2),
-                .operand_r2_i (operand_r2),
+                .operand_r2_i ({c_r2, b_r2, a_r2}),
                 .addend_r2_o  (addend_r2[32*(s-1)+:32]),
                 .start_e1_i   (valid_e1_q && op_e1.lanes && !op_e1.pick),
                 .flags_o      (flags_lane[5*(p*(Lanes+1)+s)+:5])
