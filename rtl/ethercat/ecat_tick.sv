@@ -36,7 +36,8 @@ module ecat_tick #(
     end else begin
       sync_q  <= sync_i;
       count_q <= !run_i || tick_o ? '0 : count_q + Width'(1);
-      if (sync_i && !sync_q) early_q <= tick_o ? -(Width'(1)) : early;
+      if (!run_i) early_q <= '0;
+      else if (sync_i && !sync_q) early_q <= tick_o ? -(Width'(1)) : early;
       else if (tick_o) early_q <= early_q - step;
     end
   end

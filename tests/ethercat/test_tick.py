@@ -37,6 +37,17 @@ def test_period__without_sync0_is_that_of_the_parameter() -> None:
     assert found.tolist() == wanted.tolist()
 
 
+@pytest.mark.parametrize("phase", [-40, 40])
+def test_stop__in_a_correction__takes_its_rest_away(phase: int) -> None:
+    clocks, stop, start = 2000, 5 * PERIOD, 6 * PERIOD
+    run = np.ones(clocks, dtype=np.int64)
+    run[stop:start] = 0
+    found = ticks(run, pulses(np.array([2 * PERIOD + phase]), clocks), clocks)
+    assert (np.abs(np.diff(found[found < stop])[2:] - PERIOD) == SLEW).all(), "in a correction"
+    after = found[found >= start]
+    assert after.tolist() == list(range(start + PERIOD - 1, clocks, PERIOD))
+
+
 @pytest.mark.parametrize("phase", range(-49, 50))
 def test_phase__is_gone_after_the_ticks_of_the_contract(phase: int) -> None:
     """phase: clocks of SYNC0 after a tick. Each step goes towards SYNC0, none back."""
