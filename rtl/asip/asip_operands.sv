@@ -6,7 +6,8 @@
 // The banks are read at the end of D, R1 takes what they answer, R2 selects. A result in write-back
 // during D, R1 or R2 comes from the bypass instead, decided in D from places 0, 1 and 2 of the write
 // schedules. While idle the host reads a register through the first source of the last slot, and
-// writes through the write ports; it reads two cycles after it writes, at the earliest. Ports = 3 is one slot, with one multiply-add pipe.
+// writes through the write ports; with several slots, without Resilience, it reads two cycles after a write
+// at the earliest. Ports = 3 is one slot, with one multiply-add pipe.
 module asip_operands #(
     parameter int unsigned FmaPipes   = 2,
     parameter int unsigned Ports      = 9,

@@ -49,7 +49,7 @@ module debug_run (
   logic watchdog_runs_q, stop_at_start_q, abort_q;
   logic control, halt, resume, step, hit, watched, waits;
   logic held_q, halted_q, release_q, look_d, changed_q, late_q;
-  logic wrote_q;  // a word of a stream may be on its way to its memory
+  logic wrote_q;  // a word of a stream or a bank may be on its way to its memory
   logic [15:0] looked;
   logic [2:0] reason_q, which_q, hit_which;
   logic [15:0] next_q, last_q;
