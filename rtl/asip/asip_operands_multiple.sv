@@ -57,7 +57,7 @@ module asip_operands_multiple #(
   logic sweep_r1;  // the sweep reads a word of bank K
   logic [Ports-1:0][31:0] read_a, read_b, read_c, read_k;
   logic [Ports-1:0][31:0] read_a_r2_q, read_b_r2_q, read_c_r2_q, read_k_r2_q, bypass_r2_q;
-  logic [Ports-1:0][31:0] held_r2;  // early_r2 but for the results of A and B
+  logic [Ports-1:0][31:0] held_r2;  // early_r2 without the results of A and B
   logic [Ports-1:0][31:0] early_r2, operand_e1_q;
   logic [Ports-1:0][31:0] stream_r1;  // of the stream of the port's slot, or zero
   logic [2:0][31:0] last_data_q;
