@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // ecat_access: the one way to the controller's bytes, a byte (or a window of bits) a clock.
 // A passing frame goes first, then what good frames have left to write, then the application.
-// Contract, in clocks after a frame's byte_valid_i: 1 to 8 its accesses enter, one an FMMU; 17 what they read is
-// complete at read_data_o. An access enters, is mapped (3), guarded by sync managers (2) and done (3). A write of some
+// Contract, in clocks after a frame's byte_valid_i: 1 to 8 its accesses enter, one for each FMMU in use; 17 what they
+// read is complete at read_data_o. Clocks of other FMMUs are left to the log and the application. An access enters, is mapped (3), guarded by sync managers (2) and done (3). A write of some
 // bits of a byte reads it first: after another access it enters two clocks later.
 module ecat_access (
     input  logic clk_i,
@@ -56,7 +56,7 @@ module ecat_access (
   localparam logic [3:0] MemoryEnd = 4'h3;  // 0x3000
 
   // Enter.
-  logic running_q, logical_q, read_q, write_q, sweep_q, frame_slot;
+  logic running_q, logical_q, read_q, write_q, sweep_q, frame_slot, in_use;
   logic [1:0] entered_q;  // in the two clocks before
   logic [2:0] slot_q;
   logic [31:0] address_q;
@@ -79,7 +79,7 @@ module ecat_access (
   logic logical_1_q, logical_2_q, logical_3_q, fmmu_read, fmmu_write;
   logic [8:0] begin_q;  // slot 0 on its way
 
-  assign frame_slot = running_q && (logical_q || slot_q == '0);
+  assign frame_slot = running_q && (logical_q ? in_use : slot_q == '0);
   assign commit_ready_o = !frame_slot && !(commit_i.partial && entered_q != '0);
   assign app_ready_o    = !frame_slot && !commit_valid_i && !sweep_q;
 
@@ -146,6 +146,7 @@ module ecat_access (
       .register_i(register_o),
       .slot_i    (slot_q),
       .address_i (address_q),
+      .in_use_o  (in_use),
       .window_o  (fmmu_window),
       .read_o    (fmmu_read),
       .write_o   (fmmu_write)

@@ -10,6 +10,7 @@ module ecat_fmmus (
     // a logical byte
     input  logic [2:0]  slot_i,
     input  logic [31:0] address_i,
+    output logic        in_use_o,   // the FMMU of slot_i is active
     output ecat_pkg::window_t window_o,
     output logic        read_o,
     output logic        write_o
@@ -62,6 +63,8 @@ module ecat_fmmus (
   assign physical_bit = entry[8*PhysicalBit+:3];
   assign kind         = entry[8*Kind+:2];
 
+  assign in_use_o = active_q[slot_i];
+
   // First clock: how far into the FMMU's range the byte lies.
   logic [31:0] distance_q;
   logic [15:0] length_q, physical_q;
@@ -77,7 +80,7 @@ module ecat_fmmus (
     bit_last_q   <= bit_last;
     shift_q      <= {1'b0, physical_bit} - {1'b0, bit_first};
     kind_q       <= kind;
-    active_now_q <= active_q[slot_i];
+    active_now_q <= in_use_o;
   end
 
   // Second: which of its bits, and where those are.
