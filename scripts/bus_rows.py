@@ -14,10 +14,10 @@ from typing import Any
 from asip_asm.project import BUILD, ROOT
 from scripts.motion_size import area, speed
 from sim.bench.motion.sizes import MEASURE
-from sim.bus import ethercrab_master
+from sim.bus import ethercrab_master, locked_run
 from sim.bus.clocks import synchronise
 from sim.bus.coe.dictionary import load
-from sim.bus.device import CLOCK_NS, CYCLE_CLOCKS
+from sim.bus.device import CYCLE_CLOCKS
 from sim.bus.line import Line, library
 from sim.bus.measure import CLOCK_PS, forwarding, keeps_cycle
 from sim.bus.tap import in_namespace
@@ -39,7 +39,7 @@ CONTROLWORDS, PASSES = 100_000, 200
 STOPS = {False: 300, True: random_stops.CAMPAIGN}
 SEQUENCES = {False: 2_000, True: sequences.CAMPAIGN}
 CLOCK_CYCLES = 10_000
-SHORT_US = 62.5  # refused today: AL status code 0035
+LOCKED = {False: 40, True: 4_000}  # cycles at each phase
 PPM = (0.0, 100.0, -100.0)
 CABLE_PS = 500_000
 SEEDS = (1, 2, 3)
@@ -59,7 +59,7 @@ BENCH += [
     "sim/rtl/*.py",
 ]
 # The device besides its RTL: its program.
-PROGRAM = ["nios_sw/images/ethercat.elf", "nios_sw/system.toml"]
+PROGRAM = ["nios_sw/images/ethercat*.elf", "nios_sw/system.toml"]
 # The robot that it drives: its parameters, plant, path, and the law on the ASIP.
 ROBOT = [
     "sim/robot.toml",
@@ -167,9 +167,23 @@ def device(order: Order, report: Report) -> Iterator[Goal]:
         )
         goal = at_most(name, passes["longest"], CYCLE_CLOCKS, "cycles")
         yield goal if passes["powered"] else replace(goal, met=False, note="drives without power")
-    longest = max(passes["longest"] for passes in found["passes"])
-    name = f"whole device, five axes in CSP, longest control pass for a cycle of {SHORT_US:g} us"
-    yield at_most(name, longest, round(SHORT_US * 1000 / CLOCK_NS), "cycles")
+
+
+def locked(order: Order, report: Report) -> Iterator[Goal]:
+    """The whole device with process data each 62.5 us, locked to SYNC0."""
+    report("process data each 62.5 us, locked to SYNC0")
+    options = ["--cycles", str(LOCKED[order.full])]
+    of = fingerprint(DEVICE, [*BENCH, *PROGRAM], *options, *versions("pysoem"))
+    found = cached(f"locked_{options[1]}", of, lambda: run("sim.bus.locked_run", options))
+    cycles, target = found["cycles"], LOCKED[True] * locked_run.PHASES
+    about = "process data of five axes in CSP each 62.5 us, locked to SYNC0"
+    yield counted(
+        f"{about}: cycles without a wrong counter", cycles - found["wrong"], cycles, target
+    )
+    yield at_most(f"{about}: late control passes", found["late"], 0, "passes")
+    yield at_most(f"{about}: cycles whose outputs no pass took", found["missed"], 0, "cycles")
+    yield at_most(f"{about}: longest control pass", found["longest"], found["limit"], "cycles")
+    yield at_most(f"{about}: SYNC0 to the next tick", found["apart"], 1, "clocks")
 
 
 def masters(order: Order, report: Report) -> Iterator[Goal]:
@@ -351,6 +365,7 @@ def size(order: Order, report: Report) -> Iterator[Goal]:
 PRODUCERS: dict[str, Callable[[Order, Report], Iterator[Goal]]] = {
     "timing": timing,
     "device": device,
+    "locked": locked,
     "masters": masters,
     "clocks": clocks,
     "path": path,

@@ -3,6 +3,7 @@
 #include "al.h"
 
 #include "application.h"
+#include "cycle.h"
 #include "diagnosis.h"
 #include "dictionary.h"
 #include "esc.h"
@@ -102,13 +103,13 @@ static uint16_t check_process_data(void) {
 }
 
 static uint16_t check_clock(uint32_t *found) {
-  static uint32_t whole = CYCLE_US * 1000u; /* a cycle that is one of the control's, or some: no pass divides it again */
+  static uint32_t whole = CYCLE_NS; /* a cycle that is one of the control's, or some: no pass divides it again */
   uint8_t active = esc_read8(ESC_SYNC_ACTIVATION);
   uint32_t cycle = *found = esc_read32(ESC_SYNC0_CYCLE);
   bool sync0 = active & ESC_SYNC_ACTIVATION_CYCLIC_MASK && active & ESC_SYNC_ACTIVATION_SYNC0_MASK;
   if (objects.output_sync.type == SYNC0 && !sync0) return AL_INVALID_SYNC;
   if (!sync0 || cycle == whole) return 0;
-  if (cycle < CYCLE_US * 1000u || cycle % (CYCLE_US * 1000u)) return AL_INVALID_CYCLE;
+  if (cycle < CYCLE_NS || cycle % CYCLE_NS) return AL_INVALID_CYCLE;
   whole = cycle;
   return 0;
 }

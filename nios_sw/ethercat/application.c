@@ -7,6 +7,7 @@
 #include "al.h"
 #include "axis.h"
 #include "coe.h"
+#include "cycle.h"
 #include "diagnosis.h"
 #include "dictionary.h"
 #include "esc.h"
@@ -16,7 +17,6 @@
 #include "pdo.h"
 #include "probe.h"
 
-#define CYCLES_PER_MS (1000u / CYCLE_US)
 #define OUTPUTS_EVENT (1u << (ESC_AL_EVENT_SM_LSB + 2)) /* sync manager 2 */
 #define SETTINGS 16 /* settings on their way to the law */
 #define COMMUNICATION 0x7500u
@@ -26,9 +26,9 @@
 #define IO_SHIFT 16 /* of the inputs and outputs 1 to 8 in 60FD and 60FE */
 #define FREE_RUN 0 /* in 1C32:01 */
 
-static uint32_t cycles, since_outputs, since_sync0; /* of CYCLE_US */
+static uint32_t cycles, since_outputs, since_sync0; /* in control cycles */
 static uint32_t sync0_cycle; /* ns, in this pass */
-static uint64_t missed_after;          /* us since the outputs, when the next cycle of the master is missed */
+static uint64_t missed_after;          /* 100 ns since the outputs, when the next cycle of the master is missed */
 static struct {
   uint16_t index;
   uint8_t subindex;
@@ -38,6 +38,7 @@ static uint32_t setting_number;
 
 void application_start(void) {
   dictionary_reset();
+  objects.output_sync.minimum = objects.input_sync.minimum = CYCLE_NS;
   diagnosis_start();
   image_start();
   cycles = since_outputs = setting_number = 0;
@@ -64,9 +65,11 @@ void application_errors(void) {
   objects.error_register = found;
 }
 
+uint32_t application_sync0_ns(void) { return objects.output_sync.type == SYNC0 ? sync0_cycle : 0; }
+
 void application_enter_op(void) {
   since_outputs = since_sync0 = 0;
-  missed_after = axis_period_us(0);
+  missed_after = axis_period_100ns(0);
   for (int n = 0; n < AXES; ++n) axis_enter_op(n);
 }
 
@@ -93,7 +96,7 @@ static bool sync0_comes(uint32_t event) {
   } else if (since_sync0 < 0xFFFFFFu) {
     ++since_sync0;
   }
-  return al_clock_holds(&sync0_cycle) && (uint64_t)since_sync0 * CYCLE_US * 1000u <= 2u * (uint64_t)sync0_cycle;
+  return al_clock_holds(&sync0_cycle) && (uint64_t)since_sync0 * CYCLE_NS <= 2u * (uint64_t)sync0_cycle;
 }
 
 /* Takes outputs that came; whether there were any in OP. */
@@ -105,9 +108,9 @@ static bool take_outputs(uint32_t event) {
     esc_read(PROCESS_OUTPUTS, pdo_image[PDO_RX], bytes);
     al_outputs_seen();
     objects.output_sync.cycle = objects.input_sync.cycle =
-        objects.output_sync.type == SYNC0 ? sync0_cycle : since_outputs * CYCLE_US * 1000u;
+        objects.output_sync.type == SYNC0 ? sync0_cycle : since_outputs * CYCLE_NS;
     since_outputs = 0;
-    missed_after = axis_period_us(0);
+    missed_after = axis_period_100ns(0);
     objects.output_sync.error = 0;
     if (al_state() != AL_OP) return false;
     pdo_outputs();
@@ -119,8 +122,8 @@ static bool take_outputs(uint32_t event) {
     return false;
   }
   if (objects.output_sync.type == FREE_RUN) return false; /* only the watchdog counts */
-  period = axis_period_us(0);
-  since = (uint64_t)since_outputs * CYCLE_US;
+  period = axis_period_100ns(0);
+  since = (uint64_t)since_outputs * CYCLE_100NS;
   if (since >= missed_after && objects.output_sync.missed < 0xFFFFu) {
     ++objects.output_sync.missed;
     missed_after += period;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The application of the slave controller: five axes, digital I/O, and what ties them to the bus. No
- * operating system: application_cycle every CYCLE_US, application_background as often as there is time. */
+ * operating system: application_cycle every CYCLE_100NS, application_background as often as there is time. */
 #ifndef ETHERCAT_APPLICATION_H
 #define ETHERCAT_APPLICATION_H
 
@@ -60,6 +60,7 @@ void application_written(uint16_t index, uint8_t subindex); /* an object, by SDO
 void application_enter_op(void);
 void application_leave_op(bool fault);
 void application_inputs(void); /* process data to the master */
+uint32_t application_sync0_ns(void); /* cycle of the SYNC0 that 1C32:01 = 2 asks for, otherwise 0 */
 void application_errors(void); /* the error register, from the errors of the axes */
 
 #endif

@@ -8,6 +8,7 @@
 #include "al.h"
 #include "cia402.h"
 #include "coe.h"
+#include "cycle.h"
 #include "held.h"
 #include "homing.h"
 #include "interpolator.h"
@@ -17,9 +18,6 @@
 #include "profile.h"
 #include "speed_limit.h"
 
-#define CYCLE_S (CYCLE_US * 1e-6f)
-#define CYCLES_PER_S (1e6f / CYCLE_US)
-#define CYCLES_PER_MS (1000u / CYCLE_US)
 #define FOLLOWING_ERROR 0x8611u
 #define LIMITS 0x607Du /* objects, of the first axis */
 #define PROBE 0x60B8u
@@ -59,7 +57,8 @@ static struct axis {
   float most;     /* speed, by 607F and 6080 as they were */
   float most_near; /* limiter_near of it */
   uint32_t most_by[2];
-  uint32_t period_us; /* by 60C2 as it was */
+  uint32_t period_100ns; /* of the master, by 60C2 and SYNC0 as they were */
+  uint32_t period_sync0; /* ns */
   uint8_t period_value;
   int8_t period_index;
   float velocity; /* actual, filtered, increments/s */
@@ -100,15 +99,23 @@ static uint32_t period_us(uint8_t value, int8_t index) {
   return us;
 }
 
-uint32_t axis_period_us(int n) {
+/* 60C2 cannot state 62.5 us. A SYNC0 less than a microsecond from it is more exact. */
+static uint32_t period_100ns(const struct axis_objects *o, uint32_t sync0) {
+  uint32_t us = period_us(o->period_value, o->period_index);
+  return us - 1u == sync0 / 1000u || us == sync0 / 1000u ? sync0 / 100u : us * 10u;
+}
+
+uint32_t axis_period_100ns(int n) {
   const struct axis_objects *o = &objects.axis[n];
   struct axis *axis = &axes[n];
-  if (o->period_value != axis->period_value || o->period_index != axis->period_index) {
+  uint32_t sync0 = application_sync0_ns();
+  if (o->period_value != axis->period_value || o->period_index != axis->period_index || sync0 != axis->period_sync0) {
     axis->period_value = o->period_value;
     axis->period_index = o->period_index;
-    axis->period_us = period_us(o->period_value, o->period_index);
+    axis->period_sync0 = sync0;
+    axis->period_100ns = period_100ns(o, sync0);
   }
-  return axis->period_us;
+  return axis->period_100ns;
 }
 
 uint32_t axis_check(uint16_t index, uint8_t subindex, uint32_t value) {
@@ -131,7 +138,7 @@ uint32_t axis_check(uint16_t index, uint8_t subindex, uint32_t value) {
   }
   if (first != PERIOD) return 0;
   us = subindex == 1 ? period_us((uint8_t)value, o->period_index) : period_us(o->period_value, (int8_t)value);
-  return us < CYCLE_US ? ABORT_RANGE : 0;
+  return us * 10u < CYCLE_100NS ? ABORT_RANGE : 0;
 }
 
 /* The axis has this error from now on, 0: none; an emergency if that is new. */
@@ -165,8 +172,8 @@ static int32_t clipped(struct axis *axis, const struct axis_objects *o, int32_t 
 
 /* A mode begins, from the present set-point. */
 static void begin_mode(struct axis *axis, int n) {
-  uint32_t period = axis_period_us(n);
-  float slope = axis->point.velocity * (1e-6f * (float)period);
+  uint32_t period = axis_period_100ns(n);
+  float slope = axis->point.velocity * (1e-7f * (float)period);
   axis->limited = axis->clipped = axis->behind = false;
   axis->control_was = objects.axis[n].controlword;
   profile_start(&axis->profile);

@@ -23,8 +23,8 @@ void axis_enter_op(int n);
 /* OP is left: with an error code the axis faults, without it stops quickly. */
 void axis_leave_op(int n, uint16_t error);
 void axis_fault(int n, uint16_t error);
-/* Cycle of the master as object 60C2 gives it. */
-uint32_t axis_period_us(int n);
+/* Cycle of the master by object 60C2, or by SYNC0 if that is less than 1 us from it. */
+uint32_t axis_period_100ns(int n);
 /* 0, or the abort code of a value that its object refuses because of another value, or that asks for what is not there: 607D, 60B8,
  * 60C2, 60D0. */
 uint32_t axis_check(uint16_t index, uint8_t subindex, uint32_t value);

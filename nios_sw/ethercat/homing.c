@@ -4,7 +4,8 @@
 
 #include <math.h>
 
-#define CYCLE_S (CYCLE_US * 1e-6f)
+#include "cycle.h"
+
 #define START 0x10u
 #define WITHOUT_INDEX 16 /* methods 17 to 30 are 1 to 14 without the index */
 #define SLOW 1.001f      /* of 6099:02: rounding */

@@ -2,7 +2,7 @@
 /* Interpolation of targets, see interpolator.h. */
 #include "interpolator.h"
 
-#include "gen/objects.h"
+#include "cycle.h"
 
 #define CYCLE 1024u
 #define SLOWER (CYCLE - CYCLE / 512u)
@@ -15,12 +15,12 @@ struct interpolator_place interpolator_place;
 static int32_t minus(int32_t a, int32_t b) { return (int32_t)((uint32_t)a - (uint32_t)b); }
 static int32_t plus(int32_t a, int32_t b) { return (int32_t)((uint32_t)a + (uint32_t)b); }
 
-void interpolator_start(struct interpolator *ip, int32_t value, int32_t slope, uint32_t period_us) {
-  if (ip->period_us != period_us) { /* a division of 64 bits is too long for every cycle of a stop */
-    ip->period_us = period_us;
-    ip->span = (uint32_t)(((uint64_t)period_us * CYCLE + CYCLE_US / 2u) / CYCLE_US);
+void interpolator_start(struct interpolator *ip, int32_t value, int32_t slope, uint32_t period_100ns) {
+  if (ip->period_100ns != period_100ns) { /* a division of 64 bits is too long for every cycle of a stop */
+    ip->period_100ns = period_100ns;
+    ip->span = (uint32_t)(((uint64_t)period_100ns * CYCLE + CYCLE_100NS / 2u) / CYCLE_100NS);
     ip->per_span = 1.0f / (float)ip->span;
-    ip->per_s = ip->per_span * ((float)CYCLE * (1e6f / CYCLE_US));
+    ip->per_s = ip->per_span * ((float)CYCLE * CYCLES_PER_S);
   }
   ip->p1 = minus(value, (slope + (slope < 0)) >> 1); /* in the middle of the period it is at the value */
   ip->p2 = plus(ip->p1, slope);

@@ -17,7 +17,7 @@
 struct interpolator {
   int32_t p1, p2, p3, next;   /* places of targets: between the first two is the set-point */
   uint32_t phase, span, step; /* span is one period, in 1/1024 of a control cycle */
-  uint32_t period_us;         /* that span and per_span are of; 0 before the first start */
+  uint32_t period_100ns;      /* that span and per_span are of; 0 before the first start */
   float per_span, per_s;      /* 1 / span, periods in a second */
   float rate, rate_2;         /* of the phase, control cycles in one, 0 at rest; its square */
   /* Of the piece from p1 to p2: d1, d2, and what the polynomial is made of, so that only a new piece is converted. */
@@ -42,7 +42,7 @@ struct interpolated {
 };
 
 /* Rests at `value`, or goes on from it with `slope` (per period). */
-void interpolator_start(struct interpolator *ip, int32_t value, int32_t slope, uint32_t period_us);
+void interpolator_start(struct interpolator *ip, int32_t value, int32_t slope, uint32_t period_100ns);
 void interpolator_target(struct interpolator *ip, int32_t target);
 /* The parts of interpolator_step that most control cycles do without. */
 void interpolator_shift(struct interpolator *ip);

@@ -4,9 +4,6 @@
 
 #include <math.h>
 
-#define CYCLE_S (CYCLE_US * 1e-6f)
-#define CYCLES_PER_S (1e6f / CYCLE_US)
-
 static bool bounded(const struct limits *limits) { return limiter_bounds(limits->low, limits->high); }
 
 /* a - b; what is beyond an int32_t is far enough away. */

@@ -9,6 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "cycle.h"
 #include "profile.h"
 
 struct limits {
@@ -21,7 +22,7 @@ struct limits {
 
 /* Whether a set-point may go on by this step; near: limiter_near of the greatest speed. */
 static inline float limiter_near(float speed) { return speed * LIMITER_NEAR + 1.0f; }
-static inline bool limiter_allows(float step, float near) { return !(fabsf(step) * (1e6f / CYCLE_US) > near); }
+static inline bool limiter_allows(float step, float near) { return !(fabsf(step) * CYCLES_PER_S > near); }
 /* Whether there are position limits. */
 static inline bool limiter_bounds(int32_t low, int32_t high) { return low != INT32_MIN || high != INT32_MAX; }
 /* From one set-point to the next, increments. */

@@ -2,12 +2,11 @@
 /* The measured motion of an axis, see motion.h. */
 #include "motion.h"
 
-#include "gen/objects.h"
+#include "cycle.h"
 
-#define CYCLES_PER_S (1e6f / CYCLE_US)
 #define SHORT 2
 #define LONG (MOTION_CYCLES - 1)
-#define STILL_WAY 40u /* increments: 57 000 increments/s */
+#define STILL_WAY ((uint32_t)(57000.0f * LONG * CYCLE_S + 0.5f)) /* increments, at 57 000 increments/s */
 
 void motion_start(struct motion *motion, int32_t position) {
   for (int n = 0; n < MOTION_CYCLES; ++n) motion->past[n] = position;

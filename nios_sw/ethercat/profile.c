@@ -6,10 +6,9 @@
 
 #include <math.h>
 
+#include "cycle.h"
 #include "limiter.h"
 
-#define CYCLE_S (CYCLE_US * 1e-6f)
-#define CYCLES_PER_MS (1000u / CYCLE_US)
 #define PLAN_CYCLES (SCURVE_STEPS + 2) /* to begin, steps, to change over */
 #define LEAST_CHANGE (1.0f / (1 << 23))
 #define NEW_TARGET 0x10u

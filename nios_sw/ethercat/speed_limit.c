@@ -2,7 +2,8 @@
 /* Speed limit of the torque modes, see speed_limit.h. */
 #include "speed_limit.h"
 
-#define CYCLE_S (CYCLE_US * 1e-6f)
+#include "cycle.h"
+
 #define FILTER 0.0625f /* lags by 15 cycles while the speed changes steadily */
 /* Cycles from the middle of the last difference of positions to the tick at which the law has the set-point, and the lag
  * of the first filter, as a share of the lag of the second one. */

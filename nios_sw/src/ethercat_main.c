@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The device on the bus on a Nios II system: states, mailbox and drives of nios_sw/ethercat that use the slave
- * controller. A control tick (the timer of the machine, each 100 us) has the words of ethercat_tick.h.
+ * controller. A control tick (the timer of the machine, each CYCLE_100NS) has the words of ethercat_tick.h.
  *
  * The control pass is an interrupt, so that no work for the mailbox delays it. The machine's tick requests none:
  * the core's timer does, when the next tick is due, and once more each LATE cycles until it has come. */
@@ -10,7 +10,7 @@
 #include "ethercat/ethercat_tick.h"
 #include "io.h"
 
-#define PERIOD (CYCLE_US * CLOCK_MHZ)
+#define PERIOD (CYCLE_100NS * CLOCK_MHZ / 10u)
 #define LATE 256u /* about three times what an interrupt without a tick costs */
 
 static struct feedback feedback;

@@ -12,43 +12,49 @@ from sim.bus.verilated import HERE, BusModel, load
 from sim.rtl import nios_image
 from sim.rtl.nios_map import default_system_map
 
-IMAGE = "ethercat"  # its program
+IMAGES = {100_000: "ethercat", 62_500: "ethercat_16khz"}  # programs by their control cycle, ns
 CLOCK_NS = 10
-CYCLE_CLOCKS = 10_000  # between two control ticks
+CYCLE_NS = 100_000  # between two control ticks, if nothing else is said
+CYCLE_CLOCKS = CYCLE_NS // CLOCK_NS
 INPUT_WORDS, OUTPUT_WORDS = 23, 29  # of a control tick: nios_sw/ethercat/ethercat_tick.h
+FRAME_BYTES = 1600  # at most
 BEFORE = 8  # clocks before a control tick at which `DeviceRtl.tick` begins
-COUNTS = ("ticks", "last", "longest", "sum", "overrun", "sent", "returned")
+COUNTS = ("ticks", "last", "longest", "sum", "overrun", "sent", "returned", "late")
 
 
 class DeviceRtl(BusModel):
-    """One device with its program running, a control tick each `CYCLE_CLOCKS`, or with SYNC0.
+    """One device with its program running, a control tick each `cycle_ns`, or with SYNC0.
 
-    inputs (23,), outputs (29,): words of the next tick and of the last one, uint32. The model is
-    built on first use. Raises BuildError.
+    cycle_ns: one of IMAGES. inputs (23,), outputs (29,): words of the next tick and of the last
+    one, uint32. The model is built on first use. Raises BuildError.
     """
 
     prefix = "device"
 
-    def __init__(self) -> None:
+    def __init__(self, cycle_ns: int = CYCLE_NS) -> None:
         longs = ("device_now", "device_count", "device_time", "device_clocks")
-        super().__init__(load("ethercat_nios", HERE / "device_harness.cpp", longs))
+        self.cycle_clocks = cycle_ns // CLOCK_NS
+        parameters = {"Period": self.cycle_clocks} if cycle_ns != CYCLE_NS else None
+        harness = HERE / "device_harness.cpp"
+        super().__init__(load("ethercat_nios", harness, longs, parameters=parameters))
         self._lib.device_console.restype = ctypes.c_char_p
         self.inputs = self._words("inputs", INPUT_WORDS)
         self.outputs = self._words("outputs", OUTPUT_WORDS)
-        program, system = nios_image.load(IMAGE), default_system_map()
+        program, system = nios_image.load(IMAGES[cycle_ns]), default_system_map()
         for memory in system.memories.values():
             words = np.zeros(memory.words, dtype=np.uint32)
             words[: len(program.memories[memory.name])] = program.memories[memory.name]
             self._call("load", ctypes.c_uint32(memory.base), words.ctypes, memory.words)
         bases = [system.base(block) for block in ("inputs", "outputs")]
-        self._call("start", *map(ctypes.c_uint32, bases), CYCLE_CLOCKS)
+        self._call("start", *map(ctypes.c_uint32, bases), self.cycle_clocks)
 
     def _words(self, name: str, count: int) -> np.ndarray:
         getattr(self._lib, f"device_{name}").restype = ctypes.POINTER(ctypes.c_uint32 * count)
         return np.ctypeslib.as_array(self._call(name).contents)
 
     def counts(self) -> dict[str, int]:
-        """COUNTS: ticks, clock cycles of the last, the longest and all of them, frames."""
+        """COUNTS: ticks, clock cycles of the last, the longest and all of them, whether one was not
+        served, frames, and ticks that were due before the pass of the one before had ended."""
         return {name: self._call("count", n) for n, name in enumerate(COUNTS)}
 
     def restart_counts(self) -> None:
@@ -77,6 +83,13 @@ class DeviceRtl(BusModel):
         """A frame without check sequence into port 0; what came back before is counted."""
         self._call("send", frame, len(frame))
 
+    def received(self) -> list[bytes]:
+        """Frames that have come back with a right check sequence, without it."""
+        room, found = ctypes.create_string_buffer(FRAME_BYTES), []
+        while count := self._call("receive", room, FRAME_BYTES):
+            found.append(room.raw[:count])
+        return found
+
     def take_machine(self) -> None:
         """From now on the inputs are the caller's; `tick` begins just before a control tick."""
         self._call("take_machine")
@@ -89,11 +102,11 @@ class DeviceRtl(BusModel):
     def tick(self) -> None:
         """One control tick, from `align` on. Raises OverflowError if its pass does not end."""
         before = self.counts()["ticks"]
-        self.run(CYCLE_CLOCKS * CLOCK_NS)
+        self.run(self.cycle_clocks * CLOCK_NS)
         if self.counts()["ticks"] != before + 1:
-            self.run(CYCLE_CLOCKS * CLOCK_NS)
+            self.run(self.cycle_clocks * CLOCK_NS)
             raise OverflowError(
-                f"control pass {before} takes {self.counts()['last']} cycles of {CYCLE_CLOCKS}"
+                f"control pass {before} takes {self.counts()['last']} cycles of {self.cycle_clocks}"
             )
 
     def take(self, descriptor: int) -> int:

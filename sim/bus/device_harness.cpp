@@ -38,7 +38,7 @@ struct Device {
   Capture capture;
   std::string console;
   std::atomic<bool> stop{false};
-  uint64_t sent = 0, returned = 0;
+  uint64_t sent = 0, returned = 0, late = 0;
 
   Device() {
     auto* top = line.slaves[0]->top.get();
@@ -62,6 +62,7 @@ struct Device {
     sync = top->sync_o & 1;
     if (top->due_o) {
       since = 0;
+      late += due || state != IDLE;
       due = true;
       dues.push_back(line.slaves[0]->clocks);
     }
@@ -169,14 +170,14 @@ EXPORT void device_start(Device* device, uint32_t input_base, uint32_t output_ba
   device->tick_clocks = clocks;
 }
 
-// 0 ticks, 1 cycles of the last, 2 of the longest, 3 of all, 4 overrun, 5 frames sent, 6 returned.
+// 0 ticks, 1 cycles of the last, 2 of the longest, 3 of all, 4 overrun, 5 frames sent, 6 returned, 7 ticks due before the last was served.
 EXPORT uint64_t device_count(Device* device, int which) {
   const uint64_t counts[] = {device->ticks,   device->last_cycles, device->longest, device->sum,
-                             device->overrun, device->sent,        device->returned};
+                             device->overrun, device->sent,        device->returned, device->late};
   return counts[which];
 }
 
-EXPORT void device_restart_counts(Device* device) { device->longest = device->ticks = device->sum = 0; }
+EXPORT void device_restart_counts(Device* device) { device->longest = device->ticks = device->sum = device->late = 0; }
 EXPORT uint32_t* device_outputs(Device* device) { return device->outputs; }
 EXPORT uint32_t* device_inputs(Device* device) { return device->inputs; }
 EXPORT const char* device_console(Device* device) { return device->console.c_str(); }
@@ -197,6 +198,20 @@ EXPORT void device_send(Device* device, const uint8_t* frame, uint32_t n) {
   device->send(frame, n);
   auto& frames = device->line.received[0].frames;
   for (; !frames.empty(); frames.pop_front()) device->returned += !bytes_of(frames.front()).empty();
+}
+
+// The next frame that has come back with a right check sequence, which is left out; its bytes, 0: there is none.
+EXPORT uint32_t device_receive(Device* device, uint8_t* room, uint32_t bytes) {
+  auto& frames = device->line.received[0].frames;
+  for (; !frames.empty(); frames.pop_front()) {
+    const auto back = bytes_of(frames.front());
+    if (back.empty() || back.size() > bytes) continue;
+    std::copy(back.begin(), back.end(), room);
+    ++device->returned;
+    frames.pop_front();
+    return uint32_t(back.size());
+  }
+  return 0;
 }
 
 // Puts the frames that wait at `fd`, a TAP device that does not block, onto the wire; waits for the first one, at most

@@ -14,7 +14,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from asip_asm.command import command
 from asip_asm.files import replaced
 from sim.bus.coe.dictionary import Device, load
-from sim.bus.device import DeviceRtl
+from sim.bus.device import CYCLE_NS, IMAGES, DeviceRtl
 from sim.bus.machine import Machine
 from sim.bus.session import (
     CSP,
@@ -44,10 +44,19 @@ from sim.motion.trajectory.program import AGH, set_points
 from sim.robot.parameters import Robot
 from sim.robot.records import SetPoints
 
-TICKS = 10  # of 100 us in a cycle of the master
-DELAY = 26  # ticks: 25 of the interpolation, 1 until the pass that takes a target
+
+def delay(ticks: int) -> int:
+    """Control ticks from a target to the tool, so many in a cycle of the master: 2.5 cycles of the
+    interpolation, and a tick until the pass that takes it."""
+    return 5 * ticks // 2 + 1
+
+
+MASTER_NS = 1_000_000  # cycle of the master
+TICKS = MASTER_NS // CYCLE_NS
+DELAY = delay(TICKS)
 REST = 60  # cycles at the first and after the last target
 FOLLOWING_ERROR = 0x8611
+CYCLES_US = [ns / 1000 for ns in IMAGES]
 
 
 @dataclass(frozen=True)
@@ -74,10 +83,14 @@ class Drive:
     """A master's loop over the axes, in turns with the device.
 
     session: its `cycle` and its device's `tick`, `inputs` and `outputs` are called for.
+    ticks: of the control in a cycle of the master.
     """
 
-    def __init__(self, session: Session, device: Device, machine: Machine) -> None:
+    def __init__(
+        self, session: Session, device: Device, machine: Machine, ticks: int = TICKS
+    ) -> None:
         self.session, self.device, self.machine = session, device, machine
+        self.ticks = ticks
         self.faults: set[str] = set()
         self.following = 0
         self.enabled = False
@@ -96,7 +109,7 @@ class Drive:
         data = outputs(
             self.device, {"controlword": control, "mode": CSP, "target_position": targets}
         )
-        back = inputs(self.device, self.session.cycle(data, TICKS, self.tick))
+        back = inputs(self.device, self.session.cycle(data, self.ticks, self.tick))
         states = [word & STATUS_MASK == STATUS_ENABLED for word in back["statusword"]]
         for axis, (enabled, code) in enumerate(zip(states, back["error_code"], strict=True)):
             self.following += code == FOLLOWING_ERROR
@@ -113,17 +126,17 @@ class Drive:
             raise RuntimeError(f"not all axes are enabled; {', '.join(sorted(self.faults))}")
 
     def follow(self, wanted: NDArray[np.float64]) -> Curves:
-        """Enable at the first pose (N, 5), send every TICKS-th, rest after the last one."""
+        """Enable at the first pose (N, 5), send every `ticks`-th, rest after the last one."""
         self.enable(wanted[0])
-        begin = len(self.machine.places) + DELAY
-        sent = wanted[::TICKS]
+        begin = len(self.machine.places) + delay(self.ticks)
+        sent = wanted[:: self.ticks]
         progress = progress_of(len(sent), 20)
         for n, pose in enumerate(sent, start=1):
             self.cycle(ENABLE, pose)
             progress(n)
         for _ in range(REST):
             self.cycle(ENABLE, sent[-1])
-        n = (len(sent) - 1) * TICKS + 1  # ticks between the first target and the last
+        n = (len(sent) - 1) * self.ticks + 1  # ticks between the first target and the last
         places = np.array(self.machine.places)[begin : begin + n]
         return Curves(wanted[:n, :3], places[:, :3], wanted[:n, 3:], places[:, 3:])
 
@@ -144,7 +157,8 @@ def run(robot: Robot, ticks: int | None, capture: Path | None) -> tuple[dict[str
     device = load()
     path = path_of(robot, ticks)
     wanted = poses(path)
-    rtl = DeviceRtl()
+    cycle_ns = round(robot.T_s * 1e9)
+    rtl = DeviceRtl(cycle_ns)
     if capture:
         rtl.capture(capture)
     machine = Machine(robot, device, wanted[0].tolist())
@@ -157,11 +171,11 @@ def run(robot: Robot, ticks: int | None, capture: Path | None) -> tuple[dict[str
     rtl.align()
     rtl.restart_counts()
     session.wrong = 0
-    drive = Drive(session, device, machine)
+    drive = Drive(session, device, machine, MASTER_NS // cycle_ns)
     curves = drive.follow(wanted)
     session.master.close()
     report = {
-        "cycles": len(wanted[::TICKS]),
+        "cycles": len(wanted[:: drive.ticks]),
         "whole": ticks is None,
         "wrong_counters": session.wrong,
         "following_errors": drive.following,
@@ -178,11 +192,15 @@ def run(robot: Robot, ticks: int | None, capture: Path | None) -> tuple[dict[str
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 if every axis stayed enabled and no counter was wrong, 1 if not."""
     parser = command_line(__doc__, "path_run --ticks 2000")
-    parser.add_argument("--ticks", type=int, help="of 100 us, of the path (default: all)")
+    parser.add_argument("--ticks", type=int, help="of the control, of the path (default: all)")
+    parser.add_argument(
+        "--cycle-us", type=float, choices=CYCLES_US, default=100, help="of the control (100)"
+    )
     parser.add_argument("--capture", type=Path, help="pcap file of all frames")
     parser.add_argument("--curves", type=Path, help="npz file of the curves")
     arguments = parser.parse_args(argv)
-    report, curves = run(Robot.load(None), arguments.ticks, arguments.capture)
+    robot = replace(Robot.load(None), T_s=arguments.cycle_us / 1e6)
+    report, curves = run(robot, arguments.ticks, arguments.capture)
     if arguments.curves:
         with replaced(arguments.curves) as new:
             np.savez_compressed(new, **vars(curves))

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import ctypes
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -19,14 +19,20 @@ HERE = Path(__file__).parent
 
 
 def load(
-    top: str, harness: Path, longs: Sequence[str], folders: Sequence[Path] = (RTL,)
+    top: str,
+    harness: Path,
+    longs: Sequence[str],
+    folders: Sequence[Path] = (RTL,),
+    parameters: Mapping[str, int] | None = None,
 ) -> ctypes.CDLL:
-    """The model of a top with its harness; longs: its functions of 64 bits. Raises BuildError."""
+    """The model of a top with its harness and these parameters; longs: its functions of 64 bits.
+    Raises BuildError."""
     lib = load_model(
         build_library(
             top,
             sources_of(top, tuple(folders)),
             harness,
+            parameters,
             headers=[HERE / "ring.h", HERE / "capture.h"],
             harness_flags=["-I", str(ROOT / "sim/rtl"), "-I", str(HERE)],
         )

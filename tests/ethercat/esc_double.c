@@ -16,7 +16,8 @@ static uint8_t memory[DOUBLE_BYTES];
 static uint8_t latest[MANAGERS][0x400], taken[MANAGERS][0x400]; /* of three buffers two are seen */
 static bool open[MANAGERS][2]; /* for the application, the master: from the first byte to the last */
 static uint8_t image[2048];
-static uint32_t since_write_us, until_sync0_us;
+static uint32_t until_sync0_ns;
+static uint64_t since_write_ns;
 static bool watched, pulses;
 
 static uint16_t word(uint16_t address) { return (uint16_t)(memory[address] | memory[address + 1] << 8); }
@@ -86,7 +87,7 @@ static bool manager_write(int n, uint16_t address, uint8_t value, bool master) {
     event(n, true);
     if (memory[ESC_SM_CONTROL(n)] & ESC_SM_CONTROL_WATCHDOG_MASK) {
       watched = true;
-      since_write_us = 0;
+      since_write_ns = 0;
       memory[ESC_WATCHDOG_STATUS] = ESC_WATCHDOG_STATUS_ALIVE_MASK;
     }
   }
@@ -122,30 +123,30 @@ void double_reset(void) {
   memory[ESC_WATCHDOG_STATUS] = ESC_WATCHDOG_STATUS_ALIVE_MASK;
   set_word(ESC_WATCHDOG_DATA, 1000);
   watched = false;
-  until_sync0_us = 0;
+  until_sync0_ns = 0;
   pulses = true;
 }
 
 void double_sync0(bool now) { pulses = now; }
 
-static void pass_sync0(uint32_t us) {
+static void pass_sync0(uint32_t ns) {
   const uint8_t on = ESC_SYNC_ACTIVATION_CYCLIC_MASK | ESC_SYNC_ACTIVATION_SYNC0_MASK;
   if ((memory[ESC_SYNC_ACTIVATION] & on) != on) {
-    until_sync0_us = 0;
-  } else if (until_sync0_us > us) {
-    until_sync0_us -= us;
+    until_sync0_ns = 0;
+  } else if (until_sync0_ns > ns) {
+    until_sync0_ns -= ns;
   } else {
     if (pulses) memory[ESC_AL_EVENT] |= ESC_AL_EVENT_SYNC0_MASK;
-    until_sync0_us += (word(ESC_SYNC0_CYCLE) | (uint32_t)word(ESC_SYNC0_CYCLE + 2) << 16) / 1000u - us;
+    until_sync0_ns += (word(ESC_SYNC0_CYCLE) | (uint32_t)word(ESC_SYNC0_CYCLE + 2) << 16) - ns;
   }
 }
 
-void double_time(uint32_t us) {
-  uint32_t limit = word(ESC_WATCHDOG_DATA) * 100u;
-  pass_sync0(us);
+void double_time(uint32_t ns) {
+  uint64_t limit = word(ESC_WATCHDOG_DATA) * 100000ull;
+  pass_sync0(ns);
   if (!watched || !limit) return;
-  since_write_us += us;
-  if (since_write_us > limit) memory[ESC_WATCHDOG_STATUS] = 0;
+  since_write_ns += ns;
+  if (since_write_ns > limit) memory[ESC_WATCHDOG_STATUS] = 0;
 }
 
 void double_sii(const uint8_t *from, uint32_t bytes) { memcpy(image, from, bytes < 2048 ? bytes : 2048); }

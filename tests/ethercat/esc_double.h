@@ -14,7 +14,7 @@ void double_reset(void);
 bool double_read(uint16_t address, uint8_t *to, uint16_t bytes);
 bool double_write(uint16_t address, const uint8_t *from, uint16_t bytes);
 /* Time goes by: the watchdog of the process data, SYNC0. */
-void double_time(uint32_t us);
+void double_time(uint32_t ns);
 /* Whether SYNC0 pulses while it is on; not before its start time, for one. */
 void double_sync0(bool pulses);
 void double_sii(const uint8_t *image, uint32_t bytes);

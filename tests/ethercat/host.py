@@ -64,10 +64,10 @@ def build(name: str, *options: str, extra: tuple[Path, ...] = ()) -> Path:
     return place
 
 
-def device_library() -> Path:
+def device_library(cycle_ns: int = 100_000) -> Path:
     """The application as a shared library; undefined behaviour ends the program."""
     checks = ("-fsanitize-undefined-trap-on-error", "-fsanitize=undefined")
-    return build("device.so", "-shared", "-fPIC", *checks)
+    return build("device.so", "-shared", "-fPIC", *checks, f"-DCYCLE_100NS={cycle_ns // 100}")
 
 
 class AxisFeedback(ct.Structure):
@@ -125,9 +125,10 @@ class Host:
     """One device after power on. A library has one device: use one at a time."""
 
     PATIENCE = 50  # rounds of the background until an answer comes
+    CYCLE_NS = 100_000  # of the control
 
     def __init__(self) -> None:
-        self.library = ct.CDLL(str(device_library()))
+        self.library = ct.CDLL(str(device_library(self.CYCLE_NS)))
         self.library.double_read.restype = self.library.double_write.restype = ct.c_bool
         self.feedback, self.command = Feedback(), Command()
         self.held: set[int] = set()
@@ -158,9 +159,9 @@ class Host:
 
     # ---------------------------------------------------------------- time
     def cycle(self, count: int = 1) -> None:
-        """Control cycles of 100 us, with some passes of the background after each."""
+        """Control cycles, with some passes of the background after each."""
         for _ in range(count):
-            self.library.double_time(100)
+            self.library.double_time(self.CYCLE_NS)
             self.library.application_cycle(ct.byref(self.feedback), ct.byref(self.command))
             for n, axis in enumerate(self.command.axis):
                 if axis.power and not axis.torque_only and n not in self.held:

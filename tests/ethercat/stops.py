@@ -24,7 +24,6 @@ from tests.ethercat.drives import (
     QUICK_STOP,
     SHUTDOWN,
     SWITCH_ON,
-    TICK,
     Drives,
 )
 from tests.ethercat.host import SAFEOP
@@ -41,6 +40,8 @@ HALT = ENABLE | 0x100
 COMMANDS = {"quick stop": QUICK_STOP, "shutdown": SHUTDOWN, "disable": SWITCH_ON, "halt": HALT}
 KINDS = ("fault", "frames end", "SAFEOP", *COMMANDS)
 CAMPAIGN = 10_000
+# Periods of the master in control cycles, by the length of these in ns.
+PERIODS = {100_000: (1, 2, 5, 10, 40), 62_500: (2, 4, 8, 16, 40)}
 
 
 @dataclass
@@ -52,8 +53,8 @@ class Mass:
     position: float = 0.0
     speed: float = 0.0
 
-    def step(self, axis) -> None:
-        """A control cycle with this command."""
+    def step(self, axis, tick: float) -> None:
+        """A control cycle of so many seconds with this command."""
         wanted = 0.0
         if axis.power and axis.torque_only:
             wanted = axis.torque / 1000 * self.force
@@ -62,14 +63,15 @@ class Mass:
             wanted = self.bandwidth**2 * lag + 2 * self.bandwidth * (axis.velocity - self.speed)
             wanted += axis.acceleration
         wanted = max(-self.force, min(self.force, wanted))
-        self.position += self.speed * TICK + wanted * TICK**2 / 2
-        self.speed += wanted * TICK
+        self.position += self.speed * tick + wanted * tick**2 / 2
+        self.speed += wanted * tick
 
 
 class Moved(Drives):
     """The first axis is a mass."""
 
-    def __init__(self, mode: int, mass: Mass) -> None:
+    def __init__(self, mode: int, mass: Mass, cycle_ns: int = Drives.CYCLE_NS) -> None:
+        self.CYCLE_NS = cycle_ns
         super().__init__(mode)
         self.mass, self.sampled = mass, 0.0
         self.held.add(0)
@@ -81,7 +83,7 @@ class Moved(Drives):
             super().cycle()
             if hasattr(self, "mass"):
                 self.sampled = self.mass.speed  # when the pass had its position
-                self.mass.step(before)
+                self.mass.step(before, self.CYCLE_NS * 1e-9)
                 self.feedback.axis[0].position = round(self.mass.position)
 
 
@@ -123,19 +125,18 @@ class Stop:
         return self.distance > self.shortest + INCREMENT
 
 
-def situation(seed: int) -> Stop:
-    """One random stop."""
+def situation(seed: int, cycle_ns: int = Drives.CYCLE_NS) -> Stop:
+    """One random stop of a device with this control cycle."""
     random = Random(seed)
     mode = random.choice(MODES)
     if seed % 5 == 4:
         mode = PROFILES[seed // 5 % 2]
     mass = Mass(force=random.uniform(4e8, 3e9), bandwidth=random.uniform(100.0, 900.0))
-    drives = Moved(mode if mode != HOMING else CSV, mass)
-    period = random.choice((1, 2, 5, 10, 40))
+    drives = Moved(mode if mode != HOMING else CSV, mass, cycle_ns)
+    period = random.choice(PERIODS[cycle_ns])
     quick, fault, halt = random.choice((1, 2, 5, 6)), random.choice((1, 2)), random.choice((1, 2))
     profile = random.choice((100_000_000, 300_000_000))
-    drives.put(0x60C2, 1, period)
-    drives.put(0x60C2, 2, -4)
+    put_period(drives, period * cycle_ns)
     drives.put(0x10F1, 2, 2)
     window = random.choice((20_000, 100_000, NOT_WATCHED))
     drives.put(0x6065, 0, window)
@@ -193,7 +194,7 @@ def situation(seed: int) -> Stop:
         before=before,
         highest=max(map(abs, speeds)),
         distance=distance,
-        shortest=before**2 / brake + before * TICK,
+        shortest=before**2 / brake + before * cycle_ns * 1e-9,
     )
 
 
@@ -215,7 +216,17 @@ def _begin(drives: Moved, kind: str, period: int) -> None:
     drives.cycle()
 
 
-def campaign(first: int, count: int) -> Iterator[tuple[int, Stop]]:
+def put_period(drives: Drives, ns: int) -> None:
+    """60C2: whole microseconds."""
+    value, power = ns // 1000, -6
+    while value > 255:
+        value, power = value // 10, power + 1
+    assert value * 10 ** (9 + power) == ns
+    drives.put(0x60C2, 1, value)
+    drives.put(0x60C2, 2, power)
+
+
+def campaign(first: int, count: int, cycle_ns: int = Drives.CYCLE_NS) -> Iterator[tuple[int, Stop]]:
     """Seed and stop of `count` situations from a seed on."""
     for seed in range(first, first + count):
-        yield seed, situation(seed)
+        yield seed, situation(seed, cycle_ns)

@@ -41,6 +41,12 @@ def test_csp__runs_the_quintic_of_scipy_and_its_acceleration_is_continuous(perio
     drives = Drives()
     drives.put(0x60C2, 1, period)
     drives.put(0x60C2, 2, -4)
+    check_quintic(drives, period)
+
+
+def check_quintic(drives: Drives, period: int) -> None:
+    """A path in CSP, a target in each `period`-th control cycle, against scipy's quintic."""
+    tick = drives.CYCLE_NS * 1e-9
     drives.put(0x6065, 0, 0xFFFFFFFF)
     drives.put(0x607F, 0, 2_000_000_000)  # the fastest path of this test
     drives.enable()
@@ -50,7 +56,7 @@ def test_csp__runs_the_quintic_of_scipy_and_its_acceleration_is_continuous(perio
     drives.cycle(period - 1)
     targets = master_path(200)
     rows = run_csp(drives, targets, period)
-    h = period * TICK
+    h = period * tick
     p = np.concatenate([np.zeros(4), targets])
     v = (p[2:] - p[:-2]) / (2 * h)
     a = (p[2:] - 2 * p[1:-1] + p[:-2]) / h**2
@@ -59,7 +65,7 @@ def test_csp__runs_the_quintic_of_scipy_and_its_acceleration_is_continuous(perio
     # A target that comes at tick k is reached 2.5 periods later; the tick is set at its end.
     ticks = np.arange(len(rows))
     half = 0.5 * h
-    times = 4 * h + (ticks + 1) * TICK - 2 * h - half
+    times = 4 * h + (ticks + 1) * tick - 2 * h - half
     use = (times > knots[0]) & (times < knots[-1])
     for order, bound in ((0, 0.2), (1, 100.0), (2, 3e5)):
         wanted = curve.derivative(order)(times[use]) if order else curve(times[use])
@@ -72,7 +78,7 @@ def test_csp__runs_the_quintic_of_scipy_and_its_acceleration_is_continuous(perio
         )
     # Continuous: no step of the acceleration beyond what the jerk of the quintic gives in a tick.
     jerk = np.abs(np.diff(p, 3)).max() / h**3
-    assert np.abs(np.diff(rows[:, 2])).max() <= 9.1 * jerk * TICK
+    assert np.abs(np.diff(rows[:, 2])).max() <= 9.1 * jerk * tick
 
 
 def test_csp__a_late_and_a_lost_target_do_not_stop_the_motion():

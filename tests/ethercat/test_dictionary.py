@@ -194,6 +194,8 @@ def test_esi__every_type_is_defined_and_every_size_fits(device):
         ("[mailbox]", "[mailbocks]", "unknown table mailbocks"),
         ("[device]", "[device", "line 11"),
         ('kind = "info"', 'kind = "note"', "diagnosis FIRMWARE: kind 'note'"),
+        ("cycle_us = 100", "cycle_us = 30", "cycle_us = 30: a millisecond has to be a whole"),
+        ("cycle_us = 100", "cycle_us = 62.5", "1C32:05 has default = 100000, but cycle_us"),
         ("bytes = 480", "bytes = 480\nstored = true", "2020:00: stored, but not a number"),
     ],
 )

@@ -19,7 +19,7 @@ import pytest
 from sim.bus.coe import sii
 from sim.bus.coe.dictionary import Device, load
 from sim.bus.datagram import APRD, APWR, ETHERNET, datagram, frame
-from sim.bus.device import CYCLE_CLOCKS, DeviceRtl
+from sim.bus.device import CLOCK_NS, CYCLE_NS, IMAGES, DeviceRtl
 from sim.bus.gen import esc_regmap
 from sim.bus.session import CSP, ENABLE, SHUTDOWN, START_NS, SWITCH_ON, outputs
 from tests.ethercat import managers
@@ -33,7 +33,7 @@ EMERGENCY, SDO_REQUEST, SDO_RESPONSE, INFORMATION = 1, 2, 3, 8  # services of Co
 # Between two frames; it comes at another place of the control cycle each time.
 MESSAGE_NS, MESSAGES = 139_000, 7
 SLOW = 100_000  # increments/s, object 607F
-MOST_CLOCKS = CYCLE_CLOCKS * 9 // 10  # a pass, so that one change of the program is not too many
+MOST = 0.9  # of a control cycle in a pass, so that one change of the program is not too many
 
 # A frame of process data at 100 Mbit/s: preamble, headers, three datagrams, sequence, gap.
 FRAME_NS = 80 * (8 + 14 + 2 + 3 * 12 + 101 + 101 + 6 + 4 + 12)
@@ -94,9 +94,9 @@ def right(device: Device, answer: bytes) -> bool:
 class Bench:
     """A device that was brought to OP, its axes enabled and moving."""
 
-    def __init__(self, device: Device, mode: int) -> None:
+    def __init__(self, device: Device, mode: int, cycle_ns: int) -> None:
         self.device, self.mode, self.control, self.counter = device, mode, 0, 0
-        self.rtl = DeviceRtl()
+        self.rtl = DeviceRtl(cycle_ns)
         self.nowhere = os.open(os.devnull, os.O_WRONLY)  # answers are read from the capture
         self.rtl.run(START_NS)
         self.rtl.restart_counts()
@@ -152,21 +152,28 @@ class Bench:
 
 
 @functools.cache
-def bench_in(mode: int) -> Bench:
+def bench_in(mode: int, cycle_ns: int) -> Bench:
     """The bench in OP, for copies of this process: to bring it there takes longer than a flood."""
-    return Bench(load(), mode)
+    return Bench(load(), mode, cycle_ns)
 
 
-def in_copy(function: Callable[..., dict], *arguments: object, mode: int = CSP) -> dict:
+def in_copy(
+    function: Callable[..., dict],
+    *arguments: object,
+    mode: int = CSP,
+    cycle_ns: int = CYCLE_NS,
+) -> dict:
     """What the function gives in a copy of this process, so that no run sees one before it."""
-    bench_in(mode)
+    bench_in(mode, cycle_ns)
     with multiprocessing.get_context("fork").Pool(1) as pool:
-        return pool.apply(function, (*arguments, mode))
+        return pool.apply(function, (*arguments, mode, cycle_ns))
 
 
-def flood(requests: list[bytes], cycles: int, capture: Path, mode: int) -> dict[str, object]:
+def flood(
+    requests: list[bytes], cycles: int, capture: Path, mode: int, cycle_ns: int
+) -> dict[str, object]:
     """What came of so many cycles of process data while requests come without a pause."""
-    bench = bench_in(mode)
+    bench = bench_in(mode, cycle_ns)
     rtl, device = bench.rtl, bench.device
     rtl.capture(capture)
     asked = itertools.cycle(requests)
@@ -194,7 +201,7 @@ def flood(requests: list[bytes], cycles: int, capture: Path, mode: int) -> dict[
         "longest": counts["longest"],
         "mean": counts["sum"] // counts["ticks"],
         "ticks": counts["ticks"],
-        "wanted": passed // (CYCLE_CLOCKS * 10_000),
+        "wanted": passed // (1000 * cycle_ns),
         "overrun": counts["overrun"],
         "answers": answers,
         "wrong": wrong,
@@ -204,22 +211,24 @@ def flood(requests: list[bytes], cycles: int, capture: Path, mode: int) -> dict[
     }
 
 
-@pytest.mark.quick("uploads-*")
+@pytest.mark.quick("100000-uploads-*")
 @pytest.mark.parametrize(
     ("requests", "mode"), [*((name, CSP) for name in REQUESTS), ("objects", PROFILE_POSITION)]
 )
-def test_flooded_mailbox__no_pass_is_late(tmp_path, requests, mode):
-    found = in_copy(flood, REQUESTS[requests], 12, tmp_path / "flood.pcap", mode=mode)
+@pytest.mark.parametrize("cycle_ns", IMAGES)
+def test_flooded_mailbox__no_pass_is_late(tmp_path, requests, mode, cycle_ns):
+    place = tmp_path / "flood.pcap"
+    found = in_copy(flood, REQUESTS[requests], 12, place, mode=mode, cycle_ns=cycle_ns)
     assert found["state"] == (8, 0) and found["powered"] and found["console"] == "", found
-    assert found["longest"] < MOST_CLOCKS and not found["overrun"], found
+    assert found["longest"] < MOST * cycle_ns / CLOCK_NS and not found["overrun"], found
     assert abs(found["ticks"] - found["wanted"]) <= 1, found
     assert found["answers"] > 12 and not found["wrong"], found
 
 
-def states_and_frames(mode: int) -> dict[str, object]:
+def states_and_frames(mode: int, cycle_ns: int) -> dict[str, object]:
     """Passes of the device whose mailbox's manager is written in OP and whose frames have the least
     gap, with targets faster than 607F, until none come any more."""
-    bench = bench_in(mode)
+    bench = bench_in(mode, cycle_ns)
     rtl = bench.rtl
     for _ in range(20):
         bench.exchange(139_000)
@@ -239,9 +248,10 @@ def states_and_frames(mode: int) -> dict[str, object]:
 
 
 @pytest.mark.full
-def test_states_and_frames_without_a_pause__no_pass_is_late():
+@pytest.mark.parametrize("cycle_ns", IMAGES)
+def test_states_and_frames_without_a_pause__no_pass_is_late(cycle_ns):
     """To OP and the axes enabled; the manager of the mailbox written in OP; frames with the least
     gap, whose targets are faster than 607F; no frames any more: the device falls to SAFEOP."""
-    found = in_copy(states_and_frames)
+    found = in_copy(states_and_frames, cycle_ns=cycle_ns)
     assert all(found["powered"]) and not any(found["left"]), found
-    assert found["longest"] < MOST_CLOCKS and not found["overrun"], found
+    assert found["longest"] < MOST * cycle_ns / CLOCK_NS and not found["overrun"], found

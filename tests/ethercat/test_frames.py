@@ -346,11 +346,13 @@ def test_forwarding__is_constant_and_short():
 
 @pytest.mark.parametrize(("in_use", "most"), [(1, 20), (3, 20), (6, 30), (7, 40)])
 def test_application__while_logical_bytes_pass__waits_for_the_fmmus_in_use_alone(in_use, most):
-    """A word, in clocks: four bytes, each in a clock that no FMMU needs, and the eight of the last."""
+    """A word, in clocks: four bytes, each in a clock that no FMMU needs, and eight of the last."""
     with Line() as line:
         for n in range(in_use):
             fmmu = Fmmu(0x10000 + n, 1, 0, 7, MEMORY + n, 0, True, True)
-            line.exchange(frame([Datagram(2, fmmu.registers(), 0, esc_regmap.FMMU_LOGICAL_START.at(n))]))
+            line.exchange(
+                frame([Datagram(2, fmmu.registers(), 0, esc_regmap.FMMU_LOGICAL_START.at(n))])
+            )
         line.send(frame([Datagram(12, bytes(1400), logical=0x10000)]))
         line.run(20_000)  # the datagram has begun, and 1100 of its bytes are to come
         spent = []

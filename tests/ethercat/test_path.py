@@ -8,13 +8,14 @@ path takes minutes. `test_device__gives_the_same_words` compares its words with 
 from __future__ import annotations
 
 import struct
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from sim.bus.coe.dictionary import load
 from sim.bus.machine import AXES, Machine
-from sim.bus.path_run import Curves, Drive, path_of, poses
+from sim.bus.path_run import MASTER_NS, Curves, Drive, path_of, poses
 from sim.bus.session import inputs, outputs
 from sim.robot.parameters import Robot
 from tests.bench.needs import needs
@@ -25,11 +26,17 @@ from tests.ethercat.masters import report_of
 TOOL, TABLE = 10e-6, 5e-4
 
 
-def run(ticks: int | None) -> tuple[Drive, Curves, HostLink]:
-    host = Host().to_op()
-    wanted = poses(path_of(Robot.load(None), ticks))
+class Short(Host):
+    CYCLE_NS = 62_500
+
+
+def run(ticks: int | None, kind: type[Host] = Host) -> tuple[Drive, Curves, HostLink]:
+    host = kind().to_op()
+    robot = replace(Robot.load(None), T_s=kind.CYCLE_NS / 1e9)
+    wanted = poses(path_of(robot, ticks))
     link = HostLink(host)
-    drive = Drive(link, DEVICE, Machine(Robot.load(None), DEVICE, wanted[0].tolist()))
+    machine = Machine(robot, DEVICE, wanted[0].tolist())
+    drive = Drive(link, DEVICE, machine, MASTER_NS // kind.CYCLE_NS)
     return drive, drive.follow(wanted), link
 
 
@@ -39,8 +46,9 @@ def check(drive: Drive, curves: Curves) -> None:
     assert curves.tool_error < TOOL and curves.table_error < TABLE
 
 
-def test_path__first_part_within_ten_micrometres():
-    drive, curves, _ = run(4001)
+@pytest.mark.parametrize("kind", [Host, Short])
+def test_path__first_part_within_ten_micrometres(kind):
+    drive, curves, _ = run(400_000_000 // kind.CYCLE_NS + 1, kind)
     moved = np.abs(curves.wanted - curves.wanted[0]).max()
     assert moved > 1e-3  # it is no rest that is followed
     check(drive, curves)

@@ -14,6 +14,7 @@ from tests.ethercat.stops import (
     KINDS,
     MODES,
     NOISE,
+    PERIODS,
     PROFILES,
     Mass,
     Moved,
@@ -23,12 +24,12 @@ from tests.ethercat.stops import (
 )
 
 
-def check_situations(count: int) -> None:
+def check_situations(count: int, cycle_ns: int = Drives.CYCLE_NS) -> None:
     """Each can be run again: `situation(seed)` of tests.ethercat.stops."""
     kinds, modes = set(), set()
-    for seed, stop in campaign(SEED, count):
-        assert stop.ratio <= 1, f"situation({seed}) accelerates: {stop}"
-        assert not stop.too_far, f"situation({seed}) goes too far: {stop}"
+    for seed, stop in campaign(SEED, count, cycle_ns):
+        assert stop.ratio <= 1, f"situation({seed}, {cycle_ns}) accelerates: {stop}"
+        assert not stop.too_far, f"situation({seed}, {cycle_ns}) goes too far: {stop}"
         kinds.add(stop.kind)
         modes.add(stop.mode)
     assert kinds >= {*KINDS, "following error"} and modes == {*MODES, *PROFILES}
@@ -38,9 +39,14 @@ def test_stops__no_random_one_accelerates_or_goes_too_far():
     check_situations(150)
 
 
+def test_stops__of_a_control_cycle_of_62_5_us():
+    check_situations(150, 62_500)
+
+
 @pytest.mark.full
-def test_stops__ten_thousand_random_ones():
-    check_situations(CAMPAIGN)
+@pytest.mark.parametrize("cycle_ns", PERIODS)
+def test_stops__ten_thousand_random_ones(cycle_ns):
+    check_situations(CAMPAIGN, cycle_ns)
 
 
 @pytest.mark.parametrize(

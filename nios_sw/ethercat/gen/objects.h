@@ -7,7 +7,9 @@
 #include <stdint.h>
 
 #define AXES 5
-#define CYCLE_US 100
+#ifndef CYCLE_100NS
+#define CYCLE_100NS 1000 /* of the control, in 0.1 us */
+#endif
 #define MAILBOX_OUT 0x1000u
 #define MAILBOX_IN 0x1100u
 #define MAILBOX_BYTES 256

@@ -221,9 +221,25 @@ class _Reader:
         for before, after in zip(every, every[1:], strict=False):
             if before.index == after.index:
                 raise DictionaryError(f"object {after.index:04X} appears twice")
+        self.check_cycle(every)
         mailbox, process_data = self.document["mailbox"], self.document["process_data"]
         texts = tuple(self.text(record) for record in self.document["diagnosis"])
         return Device(self.head, mailbox, process_data, tuple(every), tuple(pdos), texts)
+
+    def check_cycle(self, objects: list[Object]) -> None:
+        """Whether `cycle_us` divides a millisecond, and 1C32:05 and 1C33:05 state it."""
+        tenths = round(10 * self.head["cycle_us"])
+        if tenths != 10 * self.head["cycle_us"] or tenths < 1 or 10_000 % tenths:
+            raise DictionaryError(
+                f"cycle_us = {self.head['cycle_us']}: a millisecond has to be a whole number of "
+                "cycles, and a cycle a whole number of 0.1 us; write 62.5, 100, 125, 250 or 500"
+            )
+        for one in objects:
+            if one.index in (0x1C32, 0x1C33) and one.entry(5).default != 100 * tenths:
+                raise DictionaryError(
+                    f"object {one.index:04X}:05 has default = {one.entry(5).default}, but cycle_us "
+                    f"makes it {100 * tenths} ns"
+                )
 
     def text(self, record: dict[str, Any]) -> Text:
         found = Text(**record)

@@ -41,11 +41,11 @@ def document(device: Device) -> str:
     ET.SubElement(mailbox, "CoE", dict.fromkeys(services, "1"))
     ET.SubElement(mailbox, "FoE")
     clock = child(one, "Dc")
-    for name, cycle, activate in sii.modes(device):
+    for name, factor, activate in sii.MODES:
         text = "with SYNC0" if activate else "with the outputs"
         mode = child(clock, "OpMode", Name=name, Desc=text, AssignActivate=hexadecimal(activate, 4))
         if activate:
-            put(mode, "CycleTimeSync0", str(cycle), Factor="0")
+            put(mode, "CycleTimeSync0", "0", Factor=str(factor))
             put(mode, "ShiftTimeSync0", "0")
     image = sii.image(device)
     eeprom = child(one, "Eeprom", ByteSize=len(image), ConfigData=image[:14].hex().upper())

@@ -19,6 +19,8 @@ FOE_DETAILS = 0x01  # FoE is there
 IDENTIFIES = 0x08  # flag of the general category: the AL status code shows the identification value
 # CoE details: SDO, SDO information, PDO assignment, PDO configuration, complete access.
 COE_DETAILS = 0x01 | 0x02 | 0x04 | 0x08 | 0x20
+# Name of an operating mode, its SYNC0 in cycles of the bus, and its activation word.
+MODES = (("SM-Synchron", 0, 0), ("DC-Synchron", 1, 0x0300))
 
 
 def crc8(data: bytes) -> int:
@@ -69,7 +71,7 @@ def image(device: Device) -> bytes:
             category(SYNC_MANAGER, sync_managers(device)),
             category(TX_PDO, pdos(device, "tx", 3, strings)),
             category(RX_PDO, pdos(device, "rx", 2, strings)),
-            category(CLOCK, clock(device, strings)),
+            category(CLOCK, clock(strings)),
         ]
     )
     whole = area + category(STRINGS, strings.category()) + rest + struct.pack("<H", END)
@@ -140,14 +142,9 @@ def pdos(device: Device, direction: str, manager: int, strings: Strings) -> byte
     return body
 
 
-def clock(device: Device, strings: Strings) -> bytes:
+def clock(strings: Strings) -> bytes:
     """Operating modes: with the outputs, and with SYNC0 of the distributed clocks."""
     return b"".join(
-        struct.pack("<3IhHh2B4x", cycle, 0, 0, 0, activate, 0, strings.number(name), 0)
-        for name, cycle, activate in modes(device)
+        struct.pack("<3IhHh2B4x", 0, 0, 0, 0, activate, factor, strings.number(name), 0)
+        for name, factor, activate in MODES
     )
-
-
-def modes(device: Device) -> list[tuple[str, int, int]]:
-    """Name, cycle of SYNC0 [ns] and the activation word of each operating mode."""
-    return [("SM-Synchron", 0, 0), ("DC-Synchron", device.device["cycle_us"] * 1000, 0x0300)]
