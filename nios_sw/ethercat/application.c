@@ -84,7 +84,7 @@ void application_inputs(void) {
   uint16_t bytes = al_process_bytes(PDO_TX);
   if (!bytes) return;
   pdo_inputs();
-  esc_write(PROCESS_INPUTS, pdo_image[PDO_TX], bytes);
+  esc_write(PROCESS_INPUTS, pdo_image[PDO_TX].words, bytes);
 }
 
 /* Whether SYNC0 pulses come as 1C32 wants it: not more than two of its cycles apart. */
@@ -105,7 +105,7 @@ static bool take_outputs(uint32_t event) {
   uint16_t limit = objects.sync_error_limit;
   uint64_t period, since;
   if (event & OUTPUTS_EVENT && bytes) {
-    esc_read(PROCESS_OUTPUTS, pdo_image[PDO_RX], bytes);
+    esc_fetch(PROCESS_OUTPUTS, pdo_image[PDO_RX].words, bytes);
     al_outputs_seen();
     objects.output_sync.cycle = objects.input_sync.cycle =
         objects.output_sync.type == SYNC0 ? sync0_cycle : since_outputs * CYCLE_NS;

@@ -6,31 +6,16 @@
 #include "esc.h"
 #include "esc_nios.h"
 
+/* Of ecat_application: the window, and the word that begins a fetch. */
+#define WINDOW 0x4000u
+#define FETCH 0x4200u
+#define BYTES_LSB 16
 #define WORDS 4 /* of a step: a load and what needs it are apart, and the loop costs less */
 
 static volatile uint8_t *at(uint16_t address) { return esc_at(address); }
 
 void esc_read(uint16_t address, void *to, uint16_t bytes) {
   uint8_t *out = to;
-  if (!((address | (uintptr_t)to) & 3u)) { /* the process data */
-    volatile uint32_t *from = esc_at(address);
-    volatile uint32_t *end = from + (bytes >> 2), *steps = from + (bytes >> 4) * WORDS;
-    uint32_t *word = to;
-    while (from != steps) {
-      uint32_t a = (uint32_t)__builtin_ldwio(from), b = (uint32_t)__builtin_ldwio(from + 1);
-      uint32_t c = (uint32_t)__builtin_ldwio(from + 2), d = (uint32_t)__builtin_ldwio(from + 3);
-      word[0] = a;
-      word[1] = b;
-      word[2] = c;
-      word[3] = d;
-      from += WORDS;
-      word += WORDS;
-    }
-    while (from != end) *word++ = (uint32_t)__builtin_ldwio(from++);
-    out = (uint8_t *)word;
-    address = (uint16_t)(address + (bytes & ~3u));
-    bytes &= 3u;
-  }
   while (bytes) {
     if (!(address & 3u) && bytes >= 4) {
       uint32_t word = (uint32_t)__builtin_ldwio(at(address));
@@ -49,7 +34,7 @@ void esc_read(uint16_t address, void *to, uint16_t bytes) {
 
 void esc_write(uint16_t address, const void *from, uint16_t bytes) {
   const uint8_t *in = from;
-  if (!((address | (uintptr_t)from) & 3u)) {
+  if (!((address | (uintptr_t)from) & 3u)) { /* the process data */
     volatile uint32_t *to = esc_at(address);
     volatile uint32_t *end = to + (bytes >> 2), *steps = to + (bytes >> 4) * WORDS;
     const uint32_t *word = from;
@@ -83,6 +68,23 @@ void esc_write(uint16_t address, const void *from, uint16_t bytes) {
       --bytes;
     }
   }
+}
+
+void esc_fetch(uint16_t address, uint32_t *to, uint16_t bytes) {
+  volatile uint32_t *from = esc_at(WINDOW);
+  volatile uint32_t *end = from + ((bytes + 3u) >> 2), *steps = from + ((bytes + 3u) >> 4) * WORDS;
+  __builtin_stwio(esc_at(FETCH), (int)(address | (uint32_t)bytes << BYTES_LSB));
+  while (from != steps) { /* a load waits until its word has come */
+    uint32_t a = (uint32_t)__builtin_ldwio(from), b = (uint32_t)__builtin_ldwio(from + 1);
+    uint32_t c = (uint32_t)__builtin_ldwio(from + 2), d = (uint32_t)__builtin_ldwio(from + 3);
+    to[0] = a;
+    to[1] = b;
+    to[2] = c;
+    to[3] = d;
+    from += WORDS;
+    to += WORDS;
+  }
+  while (from != end) *to++ = (uint32_t)__builtin_ldwio(from++);
 }
 
 void esc_load_image(void) {

@@ -36,7 +36,7 @@ struct found {
 };
 
 static struct exchange exchanges[2];
-_Alignas(4) uint8_t pdo_image[2][PROCESS_BYTES];
+union pdo_image pdo_image[2];
 
 static uint16_t map_bytes(int side, int map, uint32_t count) {
   uint32_t bits = 0;
@@ -153,11 +153,11 @@ uint16_t pdo_prepare(int side) {
   struct exchange *exchange = &exchanges[side];
   struct copy *next = exchange->copies, *first;
   int count = mapped(side, found);
-  memset(pdo_image[side], 0, PROCESS_BYTES); /* padding stays 0 */
+  memset(pdo_image[side].bytes, 0, PROCESS_BYTES); /* padding stays 0 */
   for (int kind = 0; kind < COPY_KINDS; ++kind) {
     first = next;
     for (int n = 0; n < count; ++n) {
-      uint8_t *image = pdo_image[side] + found[n].at;
+      uint8_t *image = pdo_image[side].bytes + found[n].at;
       if (kind_of(&found[n]) != kind) continue;
       if (kind == COPY_BYTES) exchange->bytes[next - first] = (uint8_t)found[n].bytes;
       *next++ = (struct copy){found[n].data, image};

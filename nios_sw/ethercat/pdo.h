@@ -17,7 +17,10 @@ uint32_t pdo_check(uint16_t index, uint8_t subindex, uint32_t value);
  * twice. */
 uint16_t pdo_prepare(int side);
 /* The process data of a direction, as words. */
-extern uint8_t pdo_image[2][PROCESS_BYTES];
+extern union pdo_image {
+  uint32_t words[PROCESS_BYTES / 4];
+  uint8_t bytes[PROCESS_BYTES];
+} pdo_image[2];
 /* From the image to the objects; from the objects to the image. */
 void pdo_outputs(void);
 void pdo_inputs(void);

@@ -90,6 +90,7 @@ static void pass(void) {
   objects.pass_cycles = io_read(REG_TICK_CYCLES);
   /* The first one waited for the start of the program. */
   if (started && objects.pass_cycles > objects.pass_longest) objects.pass_longest = objects.pass_cycles;
+  if (started && objects.pass_cycles > PERIOD && objects.output_sync.exceeded < 0xFFFFu) ++objects.output_sync.exceeded;
   started = true;
   objects.output_sync.copy = objects.input_sync.copy = objects.pass_longest * (1000u / CLOCK_MHZ);
   wake_in(objects.pass_cycles + LATE < PERIOD ? PERIOD - objects.pass_cycles : LATE);

@@ -34,9 +34,10 @@ from sim.bus.tap import command_line
 CYCLE_NS = 62_500
 PHASES = 25  # of the frames after SYNC0, 2.5 us apart
 SETTLE = 40  # cycles at a phase before they count
-AMPLITUDE, TURN = 200_000, 1600  # of the targets: increments, cycles
+AMPLITUDE, TURN = 50_000, 1600  # of the targets: increments, cycles
 COUNTER = 3  # outputs and inputs of one slave
 MISSED = (0x1C32, 11)  # cycles of the master without new outputs
+EXCEEDED = (0x1C32, 12)  # control passes longer than a cycle
 AXES = range(0x6000, 0x8800, 0x800)
 
 
@@ -152,13 +153,17 @@ def run(cycles: int) -> dict[str, Any]:
         session.bring_up(partial(set_up, session.master))
         enable(session)
     align(rtl)
-    rows = list(phases(Frames(rtl, device), cycles))
+    frames = Frames(rtl, device)
+    before = frames.upload(*EXCEEDED)
+    rows = list(phases(frames, cycles))
+    exceeded = frames.upload(*EXCEEDED) - before
     session.master.close()
     if not (rtl.outputs[FLAGS] & POWER).all():
         raise RuntimeError("an axis lost its power")
     return {
         "cycles": PHASES * cycles,
         **{name: sum(row[name] for row in rows) for name in ("wrong", "late", "ticks", "missed")},
+        "exceeded": exceeded,
         "longest": max(row["longest"] for row in rows),
         "limit": CYCLE_NS // CLOCK_NS,
         "apart": apart(rtl, PHASES * cycles),

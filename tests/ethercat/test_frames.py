@@ -344,7 +344,7 @@ def test_forwarding__is_constant_and_short():
         assert len(delays) == 1
 
 
-@pytest.mark.parametrize(("in_use", "most"), [(1, 20), (3, 20), (6, 30), (7, 40)])
+@pytest.mark.parametrize(("in_use", "most"), [(1, 20), (3, 20), (6, 30), (7, 50)])
 def test_application__while_logical_bytes_pass__waits_for_the_fmmus_in_use_alone(in_use, most):
     """A word, in clocks: four bytes, each in a clock that no FMMU needs, and eight of the last."""
     with Line() as line:

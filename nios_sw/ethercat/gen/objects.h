@@ -148,6 +148,7 @@ struct objects {
     uint32_t minimum;
     uint32_t copy;
     uint16_t missed;
+    uint16_t exceeded;
     uint8_t error;
   } output_sync;
   struct { /* 1C33 */

@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The whole device in RTL at a cycle of 62.5 us, locked to SYNC0."""
+
+from __future__ import annotations
+
+import pytest
+
+from sim.bus import locked_run
+from tests.ethercat.masters import report_of
+
+
+@pytest.mark.full
+def test_process_data__each_62_5_us_at_every_phase_of_sync0():
+    found = report_of("locked_run", "--cycles", 40, timeout=1200)
+    assert found["cycles"] == found["ticks"] == 40 * locked_run.PHASES
+    assert not (found["wrong"] or found["late"] or found["exceeded"] or found["console"]), found
+    assert found["apart"] <= 1 and found["longest"] < found["limit"], found
+    # Only where outputs come while a pass begins may one find none.
+    assert sum(missed > 0 for missed in found["missed_by_phase"]) <= 2, found
