@@ -46,8 +46,8 @@ module ecat_application (
   state_e state_q;
   logic asked, is_window, fetch_q, begins, clear, take, take_start, take_word, fits;
   logic [3:0] inside_q, enter_q;
-  logic [9:0] less;    // bytes of a fetch, less one
-  logic [3:0] last;    // bytes of its last word
+  logic [9:0] less;  // bytes of a fetch, less one
+  logic [3:0] last;  // bytes of its last word
 
   assign asked      = state_q == StIdle && (avs_read_i || avs_write_i);
   assign is_window  = avs_address_i[13:12] == 2'b01;
@@ -62,7 +62,7 @@ module ecat_application (
   // Bytes go in: of the word of an access, or of the words of a fetch one after the other.
   logic [13:0] word_q;
   logic [31:0] data_q;
-  logic [6:0] words_q;                     // that follow this one
+  logic [6:0] words_q;  // that follow this one
   logic [3:0] entering, last_q;
   logic [1:0] lane;
   logic write_q, sii_q, enters, next_word;
@@ -113,8 +113,8 @@ module ecat_application (
 
   // Answers come in the same order; a word of a fetch goes to the window.
   logic sii_came_q, comes, word_ends, store_q, from_window_q;
-  logic [7:0] back_q;                      // words of the fetch that have come
-  logic [6:0] end_q, store_word_q;         // its last word; the one that goes to the window
+  logic [7:0] back_q;  // words of the fetch that have come
+  logic [6:0] end_q, store_word_q;  // its last word; the one that goes to the window
   logic [3:0] done_q, wanted, got, finished;
   logic [31:0] read_q, window;
 
