@@ -35,7 +35,7 @@
 #define NEAR_CYCLES 8
 #define NEAR 1.0f
 #define LEFT 2.0f
-#define JUMP 1000.0f
+#define JUMP ((float)(1e-3 * CYCLE_100NS * CYCLE_100NS))
 
 #define STATUS_REMOTE 0x0200u
 #define STATUS_REACHED 0x0400u
@@ -101,8 +101,8 @@ static uint32_t period_us(uint8_t value, int8_t index) {
 
 /* 60C2 cannot state 62.5 us. A SYNC0 less than a microsecond from it is more exact. */
 static uint32_t period_100ns(const struct axis_objects *o, uint32_t sync0) {
-  uint32_t us = period_us(o->period_value, o->period_index);
-  return us - 1u == sync0 / 1000u || us == sync0 / 1000u ? sync0 / 100u : us * 10u;
+  uint32_t us = period_us(o->period_value, o->period_index), whole = sync0 / 1000u;
+  return us == whole || (us == whole + 1u && sync0 % 1000u) ? sync0 / 100u : us * 10u;
 }
 
 uint32_t axis_period_100ns(int n) {

@@ -14,8 +14,8 @@ void esc_write(uint16_t address, const void *from, uint16_t bytes);
 
 #ifdef __nios2__
 
-/* esc_read from a word address, in less time: whole words are written to `to`. There is one window for it in the
- * controller, so only the control pass fetches. */
+/* As esc_read, in less time; the address is a multiple of 4, and whole words are written to `to`. There is one window for
+ * it in the controller, so only the control pass fetches. */
 void esc_fetch(uint16_t address, uint32_t *to, uint16_t bytes);
 
 /* Registers are aligned to their size: one access. */

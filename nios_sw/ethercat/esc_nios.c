@@ -10,6 +10,7 @@
 #define WINDOW 0x4000u
 #define FETCH 0x4200u
 #define BYTES_LSB 16
+_Static_assert(PROCESS_BYTES <= 512, "the window has 512 bytes");
 #define WORDS 4 /* of a step: a load and what needs it are apart, and the loop costs less */
 
 static volatile uint8_t *at(uint16_t address) { return esc_at(address); }

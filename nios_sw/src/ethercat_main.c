@@ -11,6 +11,7 @@
 #include "io.h"
 
 #define PERIOD (CYCLE_100NS * CLOCK_MHZ / 10u)
+#define WORDS 60u /* clocks in which a machine writes and reads the words of a tick */
 #define LATE 256u /* about three times what an interrupt without a tick costs */
 
 static struct feedback feedback;
@@ -90,7 +91,7 @@ static void pass(void) {
   objects.pass_cycles = io_read(REG_TICK_CYCLES);
   /* The first one waited for the start of the program. */
   if (started && objects.pass_cycles > objects.pass_longest) objects.pass_longest = objects.pass_cycles;
-  if (started && objects.pass_cycles > PERIOD && objects.output_sync.exceeded < 0xFFFFu) ++objects.output_sync.exceeded;
+  if (started && objects.pass_cycles > PERIOD - WORDS && objects.output_sync.exceeded < 0xFFFFu) ++objects.output_sync.exceeded;
   started = true;
   objects.output_sync.copy = objects.input_sync.copy = objects.pass_longest * (1000u / CLOCK_MHZ);
   wake_in(objects.pass_cycles + LATE < PERIOD ? PERIOD - objects.pass_cycles : LATE);

@@ -2,8 +2,8 @@
 // ecat_access: the one way to the controller's bytes, a byte (or a window of bits) a clock.
 // A passing frame goes first, then what good frames have left to write, then the application.
 // Contract, in clocks after a frame's byte_valid_i: 1 to 8 its accesses enter, one for each FMMU in use; 17 what they
-// read is complete at read_data_o. Clocks of other FMMUs are left to the log and the application. An access enters, is mapped (3), guarded by sync managers (2) and done (3). A write of some
-// bits of a byte reads it first: after another access it enters two clocks later.
+// read is complete at read_data_o. The other clocks are left to the application. An access enters, is mapped (3), guarded by sync
+// managers (2) and done (3). A write of some bits of a byte reads it first: after another access it enters two clocks later.
 module ecat_access (
     input  logic clk_i,
     input  logic rst_ni,

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // ecat_application: the application's Avalon-MM port: words of 32 bits, bytes in a row into the controller.
 // Contract: the enabled bytes of an access go in, the lowest first, a byte a clock where frames leave room. A write is answered
-// when its word is registered here; the next access goes in after it. A read begins when all writes are done, and is answered
-// when its bytes have come. readdata is valid in the clock in which waitrequest is low. Addresses from 0x8000 on are the SII image.
-// A write to 0x4200 fetches data[25:16] bytes (1 to 512, otherwise none) from the controller's address data[15:2] * 4 on, without
-// a pause between words. Word n of them is read at 0x4000 + 4 n and waits until it has come; other accesses wait for
+// when its word is registered here. A write to the memory may follow others to the memory at once. Every other access begins when
+// the bytes before it are done: a register has its effect some clocks after its byte. A read is answered when its bytes have come. readdata is valid in the clock in which waitrequest is low. Addresses from 0x8000 on are the SII image.
+// A write of the word 0x4200 fetches data[25:16] bytes (1 to 512, otherwise none) from the controller's address data[15:2] * 4 on, without
+// a pause between words. A read of 0x4000 + 4 n gives word n of them when it has come; other accesses wait for
 // the end of the fetch. Bytes of the last word that were not fetched are not defined.
 module ecat_application (
     input  logic        clk_i,
@@ -44,28 +44,30 @@ module ecat_application (
 
   // What the access begins.
   state_e state_q;
-  logic asked, is_window, fetch_q, begins, clear, take, take_start, take_word, fits;
+  logic asked, is_window, to_memory, fetch_q, begins, clear, take, take_start, take_word, fits;
   logic [3:0] inside_q, enter_q;
+  logic sii_q;  // the last access was one to the SII image
+  logic [13:0] word_q;  // of the bytes that go in
   logic [9:0] less;  // bytes of a fetch, less one
   logic [3:0] last;  // bytes of its last word
 
   assign asked      = state_q == StIdle && (avs_read_i || avs_write_i);
-  assign is_window  = avs_address_i[13:12] == 2'b01;
+  assign is_window  = avs_address_i[13:8] == 6'h10;
+  assign to_memory  = avs_write_i && !avs_address_i[13] && avs_address_i[12:10] != '0 && !sii_q && word_q[13:10] != '0;
   assign begins     = asked && enter_q == '0 && !fetch_q;
   assign clear      = inside_q == '0;
-  assign take       = begins && !is_window && (avs_write_i || clear);
+  assign take       = begins && !is_window && (clear || to_memory);
   assign take_start = begins && is_window && avs_write_i && clear;
   assign less       = avs_writedata_i[25:16] - 10'd1;
   assign last       = 4'hF >> ~less[1:0];
-  assign fits       = !less[9] && avs_address_i[7];
+  assign fits       = !less[9] && avs_address_i[7:0] == 8'h80 && avs_byteenable_i == '1;
 
   // Bytes go in: of the word of an access, or of the words of a fetch one after the other.
-  logic [13:0] word_q;
   logic [31:0] data_q;
   logic [6:0] words_q;  // that follow this one
   logic [3:0] entering, last_q;
   logic [1:0] lane;
-  logic write_q, sii_q, enters, next_word;
+  logic write_q, enters, next_word;
 
   assign entering  = lowest(enter_q);
   assign lane      = {entering[3] || entering[2], entering[3] || entering[1]};

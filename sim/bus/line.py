@@ -178,6 +178,12 @@ class Line(BusModel):
             self._access(slave, True, at, count, word)
             done += count
 
+    def order(self, address: int, value: int, width: int) -> None:
+        """A write of the first slave's application, of at most a word, without a pause after the
+        access before; it is done when time passes."""
+        word = ctypes.c_uint32(value << 8 * (address % 4))
+        self._call("order", 0, address & ~3, (1 << width) - 1 << address % 4, word)
+
     @staticmethod
     def _span(register: ByteRegister | int, place: int, width: int) -> tuple[int, int]:
         if isinstance(register, ByteRegister):

@@ -152,6 +152,11 @@ EXPORT int bus_receive(Bus* bus, int port, uint8_t* nibbles, unsigned most, uint
   return n;
 }
 
+// A write of the application of slave i, after those ordered before; the line does not run.
+EXPORT void bus_order(Bus* bus, unsigned i, uint16_t address, uint8_t enable, uint32_t data) {
+  bus->applications.at(i)->queue.push_back({true, address, enable, data, nullptr});
+}
+
 // Access of the application of slave i; runs the line until it is done, 0 if that takes 1 ms.
 EXPORT int bus_access(Bus* bus, unsigned i, int write, uint16_t address, uint8_t enable, uint32_t* data) {
   bool done = false;

@@ -8,6 +8,7 @@ from random import Random
 
 import pytest
 
+from sim.bus.datagram import answer
 from sim.bus.gen import esc_regmap
 from sim.bus.line import Line
 from tests.bench.seed import SEED
@@ -88,8 +89,36 @@ def test_read__after_a_write_gives_what_was_written(line, width):
     for _ in range(100):
         at = MEMORY + 4 * random.randrange(4) + width * random.randrange(4 // width)
         data = random.randbytes(width)
-        put(line, at, data)
+        line.order(at, int.from_bytes(data, "little"), width)
         assert get(line, at, width) == data
+
+
+@pytest.mark.parametrize("address", [START + 2, START + 4, 0x4400, 0x7F80])
+def test_order__of_a_part_or_at_another_address_fetches_nothing(line, address):
+    put(line, MEMORY, bytes(range(8)))
+    fetch(line, MEMORY, 8)
+    put(line, MEMORY, bytes(8))
+    width = 2 if address % 4 else 4
+    line.write(address, (MEMORY | 8 << 16) >> 8 * (4 - width), width=width)
+    assert window(line, 8) == bytes(range(8))
+
+
+def test_mailbox__repeated_right_after_its_manager_was_switched__is_whole():
+    """A register acts some clocks after its byte went in. Off and on empty a mailbox; the writes to
+    its memory come without a pause."""
+    manager = managers.registers(MEMORY, 16, managers.BOX_IN)
+    off, on = (esc_regmap.SM_PDI.word(disable=bit) for bit in (1, 0))
+    with Line() as line:
+        line.exchange(frame([Datagram(2, manager, 0, esc_regmap.SM_START.at(1))]))
+        put(line, MEMORY, bytes(16))
+        data = bytes(range(100, 116))
+        line.order(esc_regmap.SM_PDI.at(1), off, 1)
+        line.order(esc_regmap.SM_PDI.at(1), on, 1)
+        for at in range(0, 16, 4):
+            line.order(MEMORY + at, int.from_bytes(data[at : at + 4], "little"), 4)
+        line.run(2000)
+        back = line.exchange(frame([Datagram(1, bytes(16), 0, MEMORY)]))
+        assert answer(back.data, 16) == (int.from_bytes(data, "little"), 1)
 
 
 def test_outputs__the_newest_buffer_is_taken_and_the_event_goes():

@@ -33,8 +33,8 @@ EMERGENCY, SDO_REQUEST, SDO_RESPONSE, INFORMATION = 1, 2, 3, 8  # services of Co
 # Between two frames; it comes at another place of the control cycle each time.
 MESSAGE_NS, MESSAGES = 139_000, 7
 SLOW = 100_000  # increments/s, object 607F
-# Clocks of a pass by the control cycle in ns: a tenth is left, so that one change of the program is
-# not too many; at 62.5 us what the machine needs to write and read the words of a tick.
+# Most clocks of a pass, by the control cycle in ns: nine tenths, so that one change of the program
+# is not too many; at 62.5 us all but those that the machine needs for the words of a tick.
 MOST = {100_000: 9000, 62_500: 6250 - 60}
 
 # A frame of process data at 100 Mbit/s: preamble, headers, three datagrams, sequence, gap.

@@ -346,7 +346,7 @@ def test_forwarding__is_constant_and_short():
 
 @pytest.mark.parametrize(("in_use", "most"), [(1, 20), (3, 20), (6, 30), (7, 50)])
 def test_application__while_logical_bytes_pass__waits_for_the_fmmus_in_use_alone(in_use, most):
-    """A word, in clocks: four bytes, each in a clock that no FMMU needs, and eight of the last."""
+    """Clocks of a word: its bytes go in when no FMMU needs the clock, and are done 8 later."""
     with Line() as line:
         for n in range(in_use):
             fmmu = Fmmu(0x10000 + n, 1, 0, 7, MEMORY + n, 0, True, True)

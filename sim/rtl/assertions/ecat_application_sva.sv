@@ -10,6 +10,7 @@ module ecat_application_sva (
     input logic sii_write_o,
     input logic done_i,
     input logic take,
+    input logic take_start,
     input logic take_word,
     input logic store_q,
     input logic fetch_q,
@@ -31,7 +32,7 @@ module ecat_application_sva (
   else $error("a byte is done that did not go in");
 
   ReadsAfterWrites : assert property (@(posedge clk_i) disable iff (!rst_ni)
-      take && avs_read_i |-> inside_q == '0)
+      (take && avs_read_i) || take_start |-> inside_q == '0)
   else $error("a read begins before the writes are done");
 
   WindowIsWhole : assert property (@(posedge clk_i) disable iff (!rst_ni)
