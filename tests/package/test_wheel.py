@@ -81,7 +81,7 @@ OF_THE_BUS = [  # the extra `bus`
     for module in (
         *("dc_run", "death_run", "device_run", "disturbed_run", "kickcat_master"),
         *("linuxcnc.machine", "linuxcnc.master", "linuxcnc.page", "linuxcnc.result"),
-        *("path_page", "path_run", "pysoem_master", "redundant", "session"),
+        *("locked_run", "path_page", "path_run", "pysoem_master", "redundant", "session"),
     )
 ]
 OF_THE_EDITOR = ["microtick.sim.debug.language_server"]  # the extra `editor`
