@@ -2,7 +2,8 @@
 // ecat_application: the application's Avalon-MM port: words of 32 bits, bytes in a row into the controller.
 // Contract: the enabled bytes of an access go in, the lowest first, a byte a clock where frames leave room. A write is answered
 // when its word is registered here. A write to the memory may follow others to the memory at once. Every other access begins when
-// the bytes before it are done: a register has its effect some clocks after its byte. A read is answered when its bytes have come. readdata is valid in the clock in which waitrequest is low. Addresses from 0x8000 on are the SII image.
+// the bytes before it are done: a register has its effect some clocks after its byte. A read is answered when its bytes
+// have come. readdata is valid in the clock in which waitrequest is low. Addresses from 0x8000 on are the SII image.
 // A write of the word 0x4200 fetches data[25:16] bytes (1 to 512, otherwise none) from the controller's address data[15:2] * 4 on, without
 // a pause between words. A read of 0x4000 + 4 n gives word n of them when it has come; other accesses wait for
 // the end of the fetch. Bytes of the last word that were not fetched are not defined.

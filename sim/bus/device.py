@@ -17,6 +17,7 @@ CLOCK_NS = 10
 CYCLE_NS = 100_000  # between two control ticks, if nothing else is said
 CYCLE_CLOCKS = CYCLE_NS // CLOCK_NS
 INPUT_WORDS, OUTPUT_WORDS = 23, 29  # of a control tick: nios_sw/ethercat/ethercat_tick.h
+WORD_CLOCKS = 60  # of the machine, for both: a longer pass makes the next tick late (WORDS in C)
 FRAME_BYTES = 1600  # at most
 BEFORE = 8  # clocks before a control tick at which `DeviceRtl.tick` begins
 COUNTS = ("ticks", "last", "longest", "sum", "overrun", "sent", "returned", "late")

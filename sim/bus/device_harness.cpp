@@ -170,7 +170,8 @@ EXPORT void device_start(Device* device, uint32_t input_base, uint32_t output_ba
   device->tick_clocks = clocks;
 }
 
-// 0 ticks, 1 cycles of the last, 2 of the longest, 3 of all, 4 overrun, 5 frames sent, 6 returned, 7 ticks due before the last was served.
+// 0 ticks, 1 cycles of the last, 2 of the longest, 3 of all, 4 overrun, 5 frames sent, 6 returned, 7 ticks that were due
+// before the one before was served.
 EXPORT uint64_t device_count(Device* device, int which) {
   const uint64_t counts[] = {device->ticks,   device->last_cycles, device->longest, device->sum,
                              device->overrun, device->sent,        device->returned, device->late};

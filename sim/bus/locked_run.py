@@ -26,7 +26,7 @@ import pysoem
 from asip_asm.command import command
 from sim.bus.coe.dictionary import Device, load
 from sim.bus.datagram import APRD, APWR, LRW, answer, single
-from sim.bus.device import CLOCK_NS, DeviceRtl
+from sim.bus.device import CLOCK_NS, WORD_CLOCKS, DeviceRtl
 from sim.bus.machine import FLAGS, POWER
 from sim.bus.session import CSP, ENABLE, SHUTDOWN, START_NS, SWITCH_ON, Session, outputs
 from sim.bus.tap import command_line
@@ -35,7 +35,6 @@ CYCLE_NS = 62_500
 PHASES = 25  # of the frames after SYNC0, 2.5 us apart
 SETTLE = 40  # cycles at a phase before they count
 AMPLITUDE, TURN = 50_000, 1600  # of the targets: increments, cycles
-WORDS = 60  # clocks in which the machine writes and reads the words of a tick
 COUNTER = 3  # outputs and inputs of one slave
 MISSED = (0x1C32, 11)  # cycles of the master without new outputs
 EXCEEDED = (0x1C32, 12)  # control passes longer than a cycle
@@ -63,7 +62,7 @@ def enable(session: Session) -> None:
 
 
 class Frames:
-    """Process data at exact times. wrong: frames that came back with another counter, or not."""
+    """Process data at exact times. sent, right: frames, and those that came back with COUNTER."""
 
     def __init__(self, rtl: DeviceRtl, device: Device) -> None:
         self.rtl, self.device = rtl, device
@@ -166,7 +165,7 @@ def run(cycles: int) -> dict[str, Any]:
         **{name: sum(row[name] for row in rows) for name in ("wrong", "late", "ticks", "missed")},
         "exceeded": exceeded,
         "longest": max(row["longest"] for row in rows),
-        "limit": CYCLE_NS // CLOCK_NS - WORDS,
+        "limit": rtl.cycle_clocks - WORD_CLOCKS,
         "apart": apart(rtl, PHASES * cycles),
         "missed_by_phase": [row["missed"] for row in rows],
         "console": rtl.console,

@@ -314,3 +314,9 @@ class Host:
     def get(self, index: int, subindex: int = 0) -> float:
         entry = DEVICE.object(index).entry(subindex)
         return struct.unpack(entry.format, self.upload(index, subindex))[0]
+
+
+class Short(Host):
+    """A device built for a control cycle of 62.5 us."""
+
+    CYCLE_NS = 62_500

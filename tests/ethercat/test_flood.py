@@ -20,7 +20,7 @@ import pytest
 from sim.bus.coe import sii
 from sim.bus.coe.dictionary import Device, load
 from sim.bus.datagram import APRD, APWR, ETHERNET, datagram, frame
-from sim.bus.device import CYCLE_NS, IMAGES, DeviceRtl
+from sim.bus.device import CYCLE_NS, IMAGES, WORD_CLOCKS, DeviceRtl
 from sim.bus.gen import esc_regmap
 from sim.bus.session import CSP, ENABLE, SHUTDOWN, START_NS, SWITCH_ON, outputs
 from tests.ethercat import managers
@@ -36,7 +36,7 @@ MESSAGE_NS, MESSAGES = 139_000, 7
 SLOW = 100_000  # increments/s, object 607F
 # Most clocks of a pass, by the control cycle in ns: nine tenths, so that one change of the program
 # is not too many; at 62.5 us all but those that the machine needs for the words of a tick.
-MOST = {100_000: 9000, 62_500: 6250 - 60}
+MOST = {100_000: 9000, 62_500: 6250 - WORD_CLOCKS}
 
 # A frame of process data at 100 Mbit/s: preamble, headers, three datagrams, sequence, gap.
 FRAME_NS = 80 * (8 + 14 + 2 + 3 * 12 + 101 + 101 + 6 + 4 + 12)

@@ -19,15 +19,11 @@ from sim.bus.path_run import MASTER_NS, Curves, Drive, path_of, poses
 from sim.bus.session import inputs, outputs
 from sim.robot.parameters import Robot
 from tests.bench.needs import needs
-from tests.ethercat.host import DEVICE, Host
+from tests.ethercat.host import DEVICE, Host, Short
 from tests.ethercat.host_link import HostLink
 from tests.ethercat.masters import report_of
 
 TOOL, TABLE = 10e-6, 5e-4
-
-
-class Short(Host):
-    CYCLE_NS = 62_500
 
 
 def run(ticks: int | None, kind: type[Host] = Host) -> tuple[Drive, Curves, HostLink]:

@@ -10,15 +10,11 @@ import pytest
 
 from sim.bus.gen.esc_regmap import SYNC0_CYCLE, SYNC_ACTIVATION
 from tests.ethercat.drives import CSP, ENABLE, PP, PV, Drives
-from tests.ethercat.host import ERROR, OP, PREOP, SAFEOP, AbortedError, Host
+from tests.ethercat.host import ERROR, OP, PREOP, SAFEOP, AbortedError, Short
 from tests.ethercat.test_cia402_cyclic import check_quintic
 
-CYCLE_NS = 62_500
+CYCLE_NS = Short.CYCLE_NS
 TICK = CYCLE_NS * 1e-9
-
-
-class Short(Host):
-    CYCLE_NS = CYCLE_NS
 
 
 class ShortDrives(Drives):
@@ -82,6 +78,20 @@ def test_csp__the_velocity_is_that_of_the_targets():
         rows = drives.follow(1, every=1, position=250 * n)
     assert rows[0, 1] == pytest.approx(250 / TICK, rel=1e-6)
     assert drives.get(0x1C32, 2) == CYCLE_NS and drives.get(0x1C32, 11) == 0
+
+
+def test_60c2__a_microsecond_from_sync0_is_the_period():
+    """126 us stay 126 us beside a SYNC0 of 125 us. The interpolation may run 1/512 faster."""
+    found = {}
+    for stated in (125, 126):
+        drives = ShortDrives(sync0_ns=125_000, stated_us=stated)
+        drives.put(0x6065, 0, 0xFFFFFFFF)
+        drives.enable()
+        for n in range(100):
+            rows = drives.follow(2, every=2, position=250 * n)
+        found[stated] = rows[-1, 1]
+    assert found[125] == pytest.approx(250 / 125e-6, rel=1 / 511)
+    assert found[126] / found[125] == pytest.approx(125 / 126, rel=1e-3)
 
 
 def test_profile_velocity__accelerates_in_seconds():
