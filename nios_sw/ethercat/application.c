@@ -99,13 +99,19 @@ static bool sync0_comes(uint32_t event) {
   return al_clock_holds(&sync0_cycle) && (uint64_t)since_sync0 * CYCLE_NS <= 2u * (uint64_t)sync0_cycle;
 }
 
-/* Takes outputs that came; whether there were any in OP. */
-static bool take_outputs(uint32_t event) {
+/* Fetches the newest outputs if some came. */
+static bool fetch_outputs(uint32_t event) {
   uint16_t bytes = al_process_bytes(PDO_RX);
+  if (!(event & OUTPUTS_EVENT) || !bytes) return false;
+  esc_fetch(PROCESS_OUTPUTS, pdo_image[PDO_RX].words, bytes);
+  return true;
+}
+
+/* Takes outputs that were fetched; whether there were any in OP. */
+static bool take_outputs(bool came) {
   uint16_t limit = objects.sync_error_limit;
   uint64_t period, since;
-  if (event & OUTPUTS_EVENT && bytes) {
-    esc_fetch(PROCESS_OUTPUTS, pdo_image[PDO_RX].words, bytes);
+  if (came) {
     al_outputs_seen();
     objects.output_sync.cycle = objects.input_sync.cycle =
         objects.output_sync.type == SYNC0 ? sync0_cycle : since_outputs * CYCLE_NS;
@@ -116,7 +122,7 @@ static bool take_outputs(uint32_t event) {
     pdo_outputs();
     return true;
   }
-  if (al_state() != AL_OP || !bytes) return false;
+  if (al_state() != AL_OP || !al_process_bytes(PDO_RX)) return false;
   if (!(esc_read8(ESC_WATCHDOG_STATUS) & ESC_WATCHDOG_STATUS_ALIVE_MASK)) {
     al_fault(AL_WATCHDOG);
     return false;
@@ -164,19 +170,26 @@ static void send_setting(struct command *command) {
 void application_cycle(const struct feedback *feedback, struct command *command) {
   uint8_t state = al_state();
   uint32_t event = state >= AL_SAFEOP ? esc_read32(ESC_AL_EVENT) : 0;
-  bool fresh = false;
+  bool came, fresh = false;
   ++cycles;
   if (since_outputs < 0xFFFFFFu) ++since_outputs;
   if (state >= AL_SAFEOP && objects.output_sync.type == SYNC0 && !sync0_comes(event) && state == AL_OP) {
     objects.output_sync.error = 1;
     al_fault(AL_SYNC_LOST);
   }
-  if (state >= AL_SAFEOP) fresh = take_outputs(event);
+  came = state >= AL_SAFEOP && fetch_outputs(event);
   objects.digital_inputs = feedback->digital_inputs;
   probe_inputs(feedback);
   for (int n = 0; n < AXES; ++n) {
     objects.pose[n] = feedback->pose[n];
     objects.axis[n].inputs = (uint32_t)feedback->digital_inputs << IO_SHIFT | feedback->axis[n].switches;
+  }
+  if (state >= AL_SAFEOP) {
+    /* Outputs can come between the read of the event and the fetch in each cycle, at one phase of the bus. The fetch of
+     * the ones before takes them, and the next cycle finds no event: half of them would be missed. Looked for once
+     * more, later than a fetch begins, they are found in each cycle. */
+    if (!came) came = fetch_outputs(esc_read32(ESC_AL_EVENT));
+    fresh = take_outputs(came);
   }
   axis_cycles(feedback, fresh, command);
   command->digital_outputs = digital_outputs();

@@ -32,7 +32,9 @@ void interpolator_start(struct interpolator *ip, int32_t value, int32_t slope, u
   ip->phase = ip->span / 2u;
   ip->has_next = false;
   ip->running = slope != 0;
-  ip->missed = 0;
+  ip->last = ip->p3;
+  ip->trend = slope;
+  ip->lost = 0;
 }
 
 void interpolator_target(struct interpolator *ip, int32_t target) {
@@ -55,16 +57,22 @@ void interpolator_target(struct interpolator *ip, int32_t target) {
 
 /* The next piece. Its d0 and d1 are d1 and d2 of the one before. */
 void interpolator_shift(struct interpolator *ip) {
-  int32_t slope = minus(ip->p3, ip->p2);
+  int32_t slope = ip->trend;
   float before = ip->way;
   ip->phase -= ip->span;
   ip->p1 = ip->p2;
   ip->p2 = ip->p3;
   if (ip->has_next) {
     slope = minus(ip->next, ip->p3);
+    ip->trend = slope;
+    if (ip->lost) {
+      ip->trend = minus(ip->next, ip->last) / (ip->lost + 1);
+      ip->lost = 0;
+    }
+    ip->last = ip->next;
     ip->has_next = false;
-  } else if (ip->missed < 0xFFFFu) {
-    ++ip->missed;
+  } else if (ip->lost < 0xFFFFu) {
+    ++ip->lost;
   }
   ip->p3 = plus(ip->p3, slope);
   ip->way = ip->ahead;

@@ -6,8 +6,9 @@
  * d0 = p1 - p0 and so on, j = d2 - 2 d1 + d0 and s = 0..1 from p1 to p2:
  *   p(s) = p1 + (d0 + d1)/2 s + (d1 - d0)/2 s^2 + j (-3/2 s^3 + 5/2 s^4 - s^5)
  * Value, slope and bend are continuous from piece to piece. A target is reached 2.5 periods after it
- * came: two for its neighbours, half a period to take up what the master's cycle jitters. A clock of
- * the master that runs away is followed by steps that are 1/512 longer or shorter. */
+ * came: two for its neighbours, half a period to take up what the master's cycle jitters. A lost target
+ * is extrapolated from the last two that came, so that the error of one is not the slope of the next. A
+ * clock of the master that runs away is followed by steps that are 1/512 longer or shorter. */
 #ifndef ETHERCAT_INTERPOLATOR_H
 #define ETHERCAT_INTERPOLATOR_H
 
@@ -24,7 +25,8 @@ struct interpolator {
   float way, ahead;
   float slope, bend, half_bend, curve, jump; /* curve: the bend of the piece to come */
   bool has_next, running;
-  uint16_t missed; /* periods without a target */
+  int32_t last, trend; /* the last target that came; its way from the one before, of one period */
+  uint16_t lost;       /* periods since then without a target */
 };
 
 /* What depends on the place within a piece alone. Axes whose targets come together share it. */

@@ -4,6 +4,7 @@
 // Contract, in clocks after a frame's byte_valid_i: 1 to 8 its accesses enter, one for each FMMU in use; 17 what they
 // read is complete at read_data_o. The other clocks are left to the application. An access enters, is mapped (3), guarded by sync
 // managers (2) and done (3). A write of some bits of a byte reads it first: after another access it enters two clocks later.
+// The two sides' writes leave two clocks between an area's last byte and the next first one, as ecat_buffers needs.
 module ecat_access (
     input  logic clk_i,
     input  logic rst_ni,
@@ -46,9 +47,7 @@ module ecat_access (
     // sync managers
     output logic [8*ecat_pkg::SYNC_MANAGERS-1:0] status_o,
     output logic [ecat_pkg::SYNC_MANAGERS-1:0] for_application_o,
-    output logic [ecat_pkg::SYNC_MANAGERS-1:0] application_done_o,
     output logic [ecat_pkg::SYNC_MANAGERS-1:0] for_master_o,
-    output logic [ecat_pkg::SYNC_MANAGERS-1:0] master_done_o,
     output logic        sm_changed_o,
     output logic        watchdog_o
 );
@@ -56,8 +55,9 @@ module ecat_access (
   localparam logic [3:0] MemoryEnd = 4'h3;  // 0x3000
 
   // Enter.
-  logic running_q, logical_q, read_q, write_q, sweep_q, frame_slot, in_use;
+  logic running_q, logical_q, read_q, write_q, sweep_q, frame_slot, in_use, parted;
   logic [1:0] entered_q;  // in the two clocks before
+  logic [1:0] ended_q;  // with the last byte of an area, of a commit
   logic [2:0] slot_q;
   logic [31:0] address_q;
   logic [7:0] data_q;
@@ -80,8 +80,10 @@ module ecat_access (
   logic [8:0] begin_q;  // slot 0 on its way
 
   assign frame_slot = running_q && (logical_q ? in_use : slot_q == '0);
-  assign commit_ready_o = !frame_slot && !(commit_i.partial && entered_q != '0);
-  assign app_ready_o    = !frame_slot && !commit_valid_i && !sweep_q;
+  assign commit_ready_o = !frame_slot && !(commit_i.partial && entered_q != '0) && ended_q == '0;
+  // The application's last byte of a word and the first of the next are two clocks apart without parted.
+  assign parted         = access_2_q.valid && access_2_q.application && !(access_1_q.valid && access_1_q.application);
+  assign app_ready_o    = !frame_slot && !commit_valid_i && !sweep_q && !(app_write_i && parted);
 
   always_comb begin
     entering = '0;
@@ -117,9 +119,11 @@ module ecat_access (
       slot_q    <= '0;
       begin_q   <= '0;
       entered_q <= '0;
+      ended_q   <= '0;
     end else begin
       begin_q   <= {begin_q[7:0], byte_valid_i};
       entered_q <= {entered_q[0], entering.valid};
+      ended_q   <= {ended_q[0], entering.valid && entering.commit && commit_i.ends};
       if (byte_valid_i) begin
         running_q <= request_i;
         slot_q    <= '0;
@@ -204,9 +208,7 @@ module ecat_access (
       .ends_o    (sm_ends),
       .address_o (sm_address),
       .for_application_o,
-      .application_done_o,
       .for_master_o,
-      .master_done_o,
       .changed_o (sm_changed_o),
       .watchdog_o
   );
@@ -245,6 +247,7 @@ module ecat_access (
     entry_o.read   = may_read && (sm_ends || effective);
     entry_o.write  = may_write;
     entry_o.partial = may_write && (window_5_q.mask != '1 || window_5_q.shift != '0);
+    entry_o.ends   = sm_ends;
     entry_o.data   = access_5_q.data;
     entry_o.window = window_5_q;
   end

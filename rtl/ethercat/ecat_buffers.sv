@@ -6,8 +6,13 @@
 // access whether it is open, and one that is not has no consequences. reads_i and writes_i: the access is by the side that
 // reads or writes, and the mailbox lets it. What a passing frame asks to write opens the area for this frame only. writer_o
 // and reader_o are never the same of the three. The reader's first byte gives it the newest complete buffer, of a frame's
-// reads once a frame: reader_o shows it at once; one is complete Settle clocks after its last byte, when
-// that is in the memory. Mode and direction change while clear_i only; then everything begins again.
+// reads once a frame: reader_o shows it at once. A buffer is complete two clocks after its last byte, when that is in
+// the memory; until then the reader gets the one before, so a reader at a fixed time after the writer gets new bytes
+// each time. A writer begins again three clocks after its last byte or later. Mode and direction change while clear_i
+// only; then everything begins again.
+// written_o and read_o are the events of reader and writer. The application's first byte ends an event, as in the ESCs of
+// Beckhoff (ET1100 Hardware Data Sheet, register 0x0805), a frame's last byte does when it commits. A complete buffer that
+// the reader has not opened keeps its event.
 module ecat_buffers (
     input  logic       clk_i,
     input  logic       rst_ni,
@@ -23,23 +28,20 @@ module ecat_buffers (
     input  logic       ends_i,     // last byte
     output logic       begun_o,
     output logic       is_written_o,  // to its end
-    output logic       is_read_o,
     // state
     output logic [1:0] writer_o,
     output logic [1:0] reader_o,
     output logic [1:0] last_o,     // written last, 3: none since clear_i
     output logic       full_o,     // mailbox
-    output logic       written_o,  // since the last read
-    output logic       read_o      // since the last write
+    output logic       written_o,
+    output logic       read_o
 );
 
-  localparam logic [2:0] Settle = 3'd4;
-
   logic [1:0] writer_q, reader_q, middle_q, last_q;
-  logic [2:0] age_q;
+  logic [1:0] settle_q;  // the last byte was written one clock before, two
   logic new_q, full_q, written_q, read_q, takes;
   logic passing_q, committed_q, application_q, opened_q;  // opened_q: by this frame
-  logic reads, writes, begun, opens, is_written, is_read, committed;
+  logic reads, writes, begun, opens, is_written, is_read, done, committed;
 
   assign begun      = first_i || (passing_i ? passing_q : commit_i ? committed_q : application_q);
   assign reads      = reads_i && begun;
@@ -47,7 +49,9 @@ module ecat_buffers (
   assign opens      = reads && first_i && !commit_i && !(passing_i && opened_q);
   assign is_written = writes && ends_i && !passing_i;
   assign is_read    = reads && ends_i && !passing_i;
-  assign takes      = opens && new_q && age_q == Settle && !mailbox_i;
+  assign takes      = opens && new_q && !mailbox_i;
+  assign done       = !passing_i && (reads ? (commit_i ? ends_i && !new_q : first_i)
+                                           : writes && (commit_i ? ends_i : first_i));
 
   // What a frame reads opens as it passes, since the buffer is the reader's then; what it writes, by its commit.
   assign committed = commit_i && writes ? !ends_i
@@ -83,7 +87,7 @@ module ecat_buffers (
       full_q    <= 1'b0;
       written_q <= 1'b0;
       read_q    <= 1'b0;
-      age_q     <= '0;
+      settle_q  <= '0;
     end else if (clear_i) begin
       writer_q  <= 2'd0;
       middle_q  <= 2'd1;
@@ -93,33 +97,30 @@ module ecat_buffers (
       full_q    <= 1'b0;
       written_q <= 1'b0;
       read_q    <= 1'b0;
+      settle_q  <= '0;
     end else begin
-      age_q <= is_written ? '0 : age_q == Settle ? Settle : age_q + 1'b1;
-      if (is_written && !mailbox_i) begin  // no reader's access then: the writer gets what the reader does not have
-        writer_q <= middle_q;
+      settle_q <= {settle_q[0], is_written};
+      if (settle_q[1] && !mailbox_i) begin  // the writer gets what the reader does not have
+        writer_q <= takes ? reader_q : middle_q;
         middle_q <= writer_q;
         new_q    <= 1'b1;
         last_q   <= writer_q;
       end else if (takes) begin
-        reader_q <= middle_q;
         middle_q <= reader_q;
         new_q    <= 1'b0;
       end
-      if (is_written) begin
-        full_q    <= 1'b1;
-        written_q <= 1'b1;
-        read_q    <= 1'b0;
-      end else if (is_read) begin
-        full_q    <= 1'b0;
-        written_q <= 1'b0;
-        read_q    <= 1'b1;
-      end
+      if (takes) reader_q <= middle_q;
+      if (is_written) full_q <= 1'b1;
+      else if (is_read) full_q <= 1'b0;
+      if (settle_q[1]) written_q <= 1'b1;
+      else if (done && reads) written_q <= 1'b0;
+      if (is_read) read_q <= 1'b1;
+      else if (done && writes) read_q <= 1'b0;
     end
   end
 
   assign begun_o      = begun;
   assign is_written_o = is_written;
-  assign is_read_o    = is_read;
   assign writer_o  = mailbox_i ? 2'd0 : writer_q;
   assign reader_o  = mailbox_i ? 2'd0 : takes ? middle_q : reader_q;
   assign last_o    = last_q;

@@ -26,9 +26,7 @@ module ecat_control (
     output logic [15:0] master_event_o,  // masked
     // events
     input  logic [7:0]  for_application_i,
-    input  logic [7:0]  application_done_i,
     input  logic [7:0]  for_master_i,
-    input  logic [7:0]  master_done_i,
     input  logic        sm_changed_i,
     input  logic        watchdog_expired_i,
     input  logic        watchdog_alive_i,
@@ -50,7 +48,7 @@ module ecat_control (
   logic [3:0] loops_q;
   logic alias_on_q, cut_foreign_q, emulation_q, control_event_q, change_event_q, watchdog_event_q;
   logic [1:0] sync_event_q;
-  logic [7:0] status_q, sm_event_q, sm_master_q;
+  logic [7:0] status_q;
   logic link_event_q, status_event_q, by_master, by_application, taken_by_application, taken_by_master;
   logic [3:0] lines_q;
   logic [15:0] dl_status;
@@ -75,16 +73,12 @@ module ecat_control (
       change_event_q   <= 1'b0;
       watchdog_event_q <= 1'b0;
       sync_event_q     <= '0;
-      sm_event_q       <= '0;
-      sm_master_q      <= '0;
       link_event_q     <= 1'b0;
       status_event_q   <= 1'b0;
       lines_q          <= '0;
     end else begin
       if (alias_valid_i) alias_q <= alias_i;
-      lines_q    <= {link_i, open_i};
-      sm_event_q <= (sm_event_q & ~application_done_i) | for_application_i;
-      sm_master_q <= (sm_master_q & ~master_done_i) | for_master_i;
+      lines_q <= {link_i, open_i};
       if (sm_changed_i) change_event_q <= 1'b1;
       if (watchdog_expired_i) watchdog_event_q <= 1'b1;
       sync_event_q <= sync_event_q | sync_i;
@@ -146,12 +140,12 @@ module ecat_control (
     event_value[esc_regmap_pkg::AL_EVENT_SYNC1_LSB]      = sync_event_q[1];
     event_value[esc_regmap_pkg::AL_EVENT_SM_CHANGE_LSB]  = change_event_q;
     event_value[esc_regmap_pkg::AL_EVENT_WATCHDOG_LSB]   = watchdog_event_q;
-    event_value[esc_regmap_pkg::AL_EVENT_SM_LSB+:8]      = sm_event_q;
+    event_value[esc_regmap_pkg::AL_EVENT_SM_LSB+:8]      = for_application_i;
     master_event = '0;
     master_event[esc_regmap_pkg::MASTER_EVENT_LATCH_LSB]     = latch_i;
     master_event[esc_regmap_pkg::MASTER_EVENT_DL_STATUS_LSB] = link_event_q;
     master_event[esc_regmap_pkg::MASTER_EVENT_AL_STATUS_LSB] = status_event_q;
-    master_event[esc_regmap_pkg::MASTER_EVENT_SM_LSB+:8]     = sm_master_q;
+    master_event[esc_regmap_pkg::MASTER_EVENT_SM_LSB+:8]     = for_master_i;
     dl_status = esc_regmap_pkg::RESET_DL_STATUS;
     dl_status[esc_regmap_pkg::DL_STATUS_OPERATIONAL_LSB]    = loaded_i;
     dl_status[esc_regmap_pkg::DL_STATUS_WATCHDOG_LSB]       = watchdog_alive_i;

@@ -62,15 +62,17 @@ package ecat_pkg;
     logic [7:0] data;
   } access_t;
 
-  // A frame's write, or read with consequences, until the check sequence was seen. partial: writes some bits of a byte.
+  // A frame's write, or read with consequences, until the check sequence was seen. partial: writes some bits of a byte;
+  // ends: the last byte of a sync manager's area.
   typedef struct packed {
     logic       read;
     logic       write;
     logic       partial;
+    logic       ends;
     logic [7:0] data;
     window_t    window;
   } log_t;
-  localparam int unsigned LOG_WIDTH = 39;
+  localparam int unsigned LOG_WIDTH = 40;
 
   // A write to a register, or a read with consequences.
   typedef struct packed {

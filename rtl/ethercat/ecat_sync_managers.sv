@@ -19,10 +19,8 @@ module ecat_sync_managers (
     output logic        ends_o,     // it is a last byte
     output logic [15:0] address_o,  // in the memory
     // events, a bit a sync manager
-    output logic [ecat_pkg::SYNC_MANAGERS-1:0] for_application_o,  // begins
-    output logic [ecat_pkg::SYNC_MANAGERS-1:0] application_done_o, // ends
+    output logic [ecat_pkg::SYNC_MANAGERS-1:0] for_application_o,
     output logic [ecat_pkg::SYNC_MANAGERS-1:0] for_master_o,
-    output logic [ecat_pkg::SYNC_MANAGERS-1:0] master_done_o,
     output logic        changed_o,        // the master has set one up
     output logic        watchdog_o        // its write restarts the watchdog
 );
@@ -36,8 +34,8 @@ module ecat_sync_managers (
 
   logic here, crosses;
   logic [7:0] high_part;
-  logic [N-1:0] hit_q, begin_q, end_q, boxes, master_writes, full, enabled, triggers, master_events, pdi_events;
-  logic [N-1:0] read_allowed, write_allowed, begun, written, taken;
+  logic [N-1:0] hit_q, begin_q, end_q, boxes, master_writes, full, enabled, triggers;
+  logic [N-1:0] read_allowed, write_allowed, begun, written;
   logic [2*N-1:0] writer, reader;
   logic [16*N-1:0] lengths;
   ecat_pkg::access_t access_q;
@@ -60,7 +58,7 @@ module ecat_sync_managers (
       logic before_end;
       logic [7:0] control_q, status;
       logic [1:0] last;
-      logic enable_q, disable_q, mine, is_written, is_read, reads, writes;
+      logic enable_q, disable_q, mine, is_written, is_read, reads, writes, pdi_event, master_event;
 
       assign mine = here && register_i.address[5:3] == 3'(index);
       always_ff @(posedge clk_i or negedge rst_ni) begin
@@ -87,8 +85,8 @@ module ecat_sync_managers (
       assign enabled[index]       = enable_q && !disable_q;
       assign boxes[index]         = control_q[esc_regmap_pkg::SM_CONTROL_MODE_LSB+1];  // its upper bit decides
       assign master_writes[index] = control_q[esc_regmap_pkg::SM_CONTROL_DIRECTION_LSB];
-      assign master_events[index] = control_q[esc_regmap_pkg::SM_CONTROL_MASTER_EVENT_LSB];
-      assign pdi_events[index]    = control_q[esc_regmap_pkg::SM_CONTROL_PDI_EVENT_LSB];
+      assign master_event         = control_q[esc_regmap_pkg::SM_CONTROL_MASTER_EVENT_LSB];
+      assign pdi_event            = control_q[esc_regmap_pkg::SM_CONTROL_PDI_EVENT_LSB];
       assign triggers[index]      = control_q[esc_regmap_pkg::SM_CONTROL_WATCHDOG_LSB];
       assign lengths[16*index+:16] = length_q;
 
@@ -129,7 +127,6 @@ module ecat_sync_managers (
           .ends_i   (end_q[index]),
           .begun_o  (begun[index]),
           .is_written_o(written[index]),
-          .is_read_o(taken[index]),
           .writer_o (writer[2*index+:2]),
           .reader_o (reader[2*index+:2]),
           .last_o   (last),
@@ -146,6 +143,8 @@ module ecat_sync_managers (
         status[esc_regmap_pkg::SM_STATUS_NEWEST_LSB+:esc_regmap_pkg::SM_STATUS_NEWEST_WIDTH] = last;
       end
       assign status_o[8*index+:8] = status;
+      assign for_application_o[index] = pdi_event && (master_writes[index] ? is_written : is_read);
+      assign for_master_o[index]      = master_event && (master_writes[index] ? is_read : is_written);
 
       logic unused_bits;
       assign unused_bits = &control_q;
@@ -189,13 +188,9 @@ module ecat_sync_managers (
   assign address_o = address_late_q + (buffer_q[0] ? span_q : 16'd0)
                      + (buffer_q[1] ? {span_q[14:0], 1'b0} : 16'd0);
 
-  assign for_application_o  = (access_q.commit ? written | taken : '0) & pdi_events;
-  assign application_done_o = access_q.application ? written | taken : '0;
-  assign for_master_o       = (access_q.application ? written | taken : '0) & master_events;
-  assign master_done_o      = access_q.commit ? written | taken : '0;
-  assign watchdog_o         = |(written & triggers & {N{access_q.commit}});
-  assign changed_o          = here && !register_i.application
-                              && (register_i.address[2:0] == Activate || register_i.address[2:0] == Control);
+  assign watchdog_o = |(written & triggers & {N{access_q.commit}});
+  assign changed_o  = here && !register_i.application
+                      && (register_i.address[2:0] == Activate || register_i.address[2:0] == Control);
 
   logic unused;
   assign unused = &{register_i.read, access_q.data, window_i.high};

@@ -220,7 +220,7 @@ module ethercat_slave #(
   logic live_application, live_read, live_hit_q;
   logic [7:0] live_data_q;
   logic [8*ecat_pkg::SYNC_MANAGERS-1:0] sm_status;
-  logic [ecat_pkg::SYNC_MANAGERS-1:0] for_application, application_done, for_master, master_done;
+  logic [ecat_pkg::SYNC_MANAGERS-1:0] for_application, for_master;
   logic sm_changed, watchdog_trigger;
   ecat_access u_access (
       .clk_i,
@@ -259,9 +259,7 @@ module ethercat_slave #(
       .live_data_i       (live_data_q),
       .status_o          (sm_status),
       .for_application_o (for_application),
-      .application_done_o(application_done),
       .for_master_o      (for_master),
-      .master_done_o     (master_done),
       .sm_changed_o      (sm_changed),
       .watchdog_o        (watchdog_trigger)
   );
@@ -319,9 +317,7 @@ module ethercat_slave #(
       .cut_foreign_o     (cut_foreign),
       .master_event_o    (master_event),
       .for_application_i (for_application),
-      .application_done_i(application_done),
       .for_master_i      (for_master),
-      .master_done_i     (master_done),
       .sm_changed_i      (sm_changed),
       .watchdog_expired_i(expired),
       .watchdog_alive_i  (alive),

@@ -99,6 +99,31 @@ def test_csp__a_late_and_a_lost_target_do_not_stop_the_motion():
     assert drives.get(0x1C32, 11) >= 7
 
 
+@pytest.mark.parametrize("every", [2, 3])
+def test_csp__regular_losses_do_not_make_the_set_points_swing(every):
+    """One of `every` targets of a sine comes. With n = every and D the sine's second difference, the
+    target that comes bends the path by n^2 D, the next extrapolation by n (1 - n) D. Between the two,
+    the acceleration of the quintic overshoots by 0.766 of their difference."""
+    drives = Drives()
+    drives.put(0x6065, 0, 0xFFFFFFFF)
+    drives.put(0x607F, 0, 2_000_000_000)
+    drives.put(0x10F1, 2, 0)
+    drives.enable()
+    period, amplitude, turn = 10, 2e6, 400
+    accelerations = []
+    for k in range(4 * turn):
+        drives.set(position=round(amplitude * (1 - math.cos(2 * math.pi * k / turn))))
+        if k < turn or k % every == 0:
+            drives.outputs(drives.values)
+        for _ in range(period):
+            drives.cycle()
+            accelerations.append(drives.command.axis[0].acceleration)
+            assert not drives.statusword() & 0x0800 or k < 10
+    bend = amplitude * (2 * math.pi / turn) ** 2
+    found = np.abs(accelerations[2 * turn * period :]).max() * (period * TICK) ** 2
+    assert found < bend * (every**2 + 0.766 * (2 * every**2 - every))
+
+
 def test_csp__a_clock_that_runs_away_is_followed():
     """A master 1000 ppm fast: the phase does not slip over a target."""
     drives = Drives()

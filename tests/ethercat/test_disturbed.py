@@ -166,6 +166,95 @@ def test_buffers__a_reader_between_its_bytes_sees_one_value(line: Line):
         assert (first, rest) == (0x0101 * value, 0x01010101 * value)
 
 
+def test_event__of_outputs_that_come_during_a_read_stays(line: Line):
+    """The first byte ends the event of the outputs that it opens, not that of the next ones."""
+    sync_manager(line, 2, OUTPUTS, OUTPUT_BYTES, managers.OUTPUTS)
+    event = esc_regmap.AL_EVENT.word(sm=4)
+    written = esc_regmap.SM_STATUS.word(written=1)
+
+    def seen() -> tuple[bool, bool]:
+        status = line.read(esc_regmap.SM_STATUS, 2)
+        return bool(line.read(esc_regmap.AL_EVENT) & event), bool(status & written)
+
+    for value in range(1, 5):
+        line.exchange(single(APWR, 0, OUTPUTS, bytes([value]) * OUTPUT_BYTES))
+        assert seen() == (True, True)
+        line.read(OUTPUTS, width=2)
+        assert seen() == (False, False)
+        line.exchange(single(APWR, 0, OUTPUTS, bytes([0x80 + value]) * OUTPUT_BYTES))
+        line.read(OUTPUTS + 2, width=OUTPUT_BYTES - 2)
+        assert seen() == (True, True)
+        assert line.read(OUTPUTS, width=OUTPUT_BYTES) == 0x010101010101 * (0x80 + value)
+        assert seen() == (False, False)
+
+
+def test_event__of_inputs_that_are_read_while_the_next_are_written_stays(line: Line):
+    sync_manager(line, 3, 0x1300, OUTPUT_BYTES, managers.INPUTS)
+    event = esc_regmap.AL_EVENT.word(sm=8)
+    question = single(APRD, 0, 0x1300, bytes(OUTPUT_BYTES))
+    line.write(0x1300, 1, width=OUTPUT_BYTES)
+    for value in range(2, 6):
+        line.write(0x1300, value, width=2)
+        assert not line.read(esc_regmap.AL_EVENT) & event
+        assert answer(line.exchange(question).data, OUTPUT_BYTES) == (value - 1, 1)
+        line.write(0x1302, 0, width=OUTPUT_BYTES - 2)
+        assert line.read(esc_regmap.AL_EVENT) & event
+
+
+def test_event__of_inputs_written_during_the_master_s_read_stays(line: Line):
+    """The frame opens the area when it passes, and ends the event when it is good."""
+    control = esc_regmap.SM_CONTROL.word(master_event=1)
+    sync_manager(line, 3, 0x1300, OUTPUT_BYTES, control)
+    event = esc_regmap.MASTER_EVENT.word(sm=8)
+    padding = datagram(0, 0, 0, bytes(1000))  # NOP
+    question = frame(datagram(APRD, 0, 0x1300, bytes(OUTPUT_BYTES), more=True), padding)
+    line.write(0x1300, 1, width=OUTPUT_BYTES)
+    for during in (True, False):
+        assert line.read(esc_regmap.MASTER_EVENT) & event
+        line.send(question)
+        line.run(20_000)
+        if during:
+            line.write(0x1300, 2, width=OUTPUT_BYTES)
+        line.run(100_000)
+        line.receive()
+        assert bool(line.read(esc_regmap.MASTER_EVENT) & event) == during
+
+
+@pytest.mark.parametrize("bytes_", [1, 2, OUTPUT_BYTES])
+def test_buffers__a_read_at_any_clock_gets_these_outputs_or_the_last(line: Line, bytes_: int):
+    """Frames and reads at one distance in each cycle: none makes the reader miss every buffer."""
+    sync_manager(line, 2, OUTPUTS, bytes_, managers.OUTPUTS)
+    older = []
+    for clocks in range(690, 740):
+        for value in range(1, 6):
+            line.send(single(APWR, 0, OUTPUTS, bytes([value]) * bytes_))
+            line.run(10 * clocks)
+            seen = line.read(OUTPUTS, width=bytes_)
+            line.run(20_000 - 10 * clocks)
+            line.receive()
+            assert seen % 0x100 * int("01" * bytes_, 16) == seen
+            older.append(value - seen % 0x100)
+            assert value < 3 or older[-1] in (0, 1), clocks
+    assert set(older[4::5]) == {0, 1}
+
+
+@pytest.mark.parametrize("bytes_", [1, 2, OUTPUT_BYTES])
+def test_buffers__a_frame_at_any_clock_gets_these_inputs_or_the_last(line: Line, bytes_: int):
+    sync_manager(line, 3, 0x1300, bytes_, managers.INPUTS)
+    older = []
+    for clocks in range(370, 420):
+        for value in range(1, 6):
+            line.send(single(APRD, 0, 0x1300, bytes(bytes_)))
+            line.run(10 * clocks)
+            line.write(0x1300, value * int("01" * bytes_, 16), width=bytes_)
+            line.run(20_000 - 10 * clocks)
+            seen, counter = answer(line.receive().data, bytes_)
+            assert counter == 1 and seen % 0x100 * int("01" * bytes_, 16) == seen
+            older.append(value - seen % 0x100)
+            assert value < 3 or older[-1] in (0, 1), clocks
+    assert set(older[4::5]) == {0, 1}
+
+
 def test_buffers__an_end_without_its_beginning_is_refused(line: Line):
     """A datagram of the last bytes alone: no outputs, no counter."""
     sync_manager(line, 2, OUTPUTS, OUTPUT_BYTES, managers.OUTPUTS)

@@ -65,7 +65,7 @@ class Committed(Observer):
 
     widths = {
         **{"pushed": 3, "over": 1, "armed": 1, "committed": 3, "left": 3},
-        **{f"entry{n}": 39 for n in range(PLACES)},
+        **{f"entry{n}": 40 for n in range(PLACES)},
     }
 
     def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
@@ -351,6 +351,9 @@ class Buffers(Observer):
             "a writer that begins leaves no byte out": logic.implies(
                 logic.all(now["write"], now["ends"], now["begun"]), now["fresh"]
             ),
+            "no write in the two clocks after the last byte": logic.implies(
+                now["write"], logic.eq(run.signal("settle_q", 0), 0)
+            ),
         }
 
     def next(self, run: Run, own: Values) -> Values:
@@ -398,18 +401,21 @@ class Buffers(Observer):
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
         held = [run.signal(name, cycle) for name in self.names]
-        _, reader, middle = held
+        writer, reader, middle = held
         pairs = [(0, 1), (0, 2), (1, 2)]
         flag = {
             name: run.on(f"{name}_q", cycle)
             for name in ("new", "passing", "committed", "application", "opened")
         }
-        age = run.signal("age_q", cycle)
+        settle = run.signal("settle_q", cycle)
         side = logic.ite(self.bus, flag["committed"], flag["application"])
         reads = logic.ite(
             self.bus, flag["application"], logic.any(flag["passing"], flag["committed"])
         )
         buffered = {
+            "a buffer that the reader has not opened keeps its event": logic.implies(
+                flag["new"], run.on("written_o", cycle)
+            ),
             "what is or comes next is whole": logic.all(
                 self.has(own["whole"], reader),
                 logic.implies(flag["new"], self.has(own["whole"], middle)),
@@ -417,9 +423,17 @@ class Buffers(Observer):
             "no write is on its way to the reader": logic.no(
                 logic.any(*(self.has(own[name], reader) for name in ("late", "later")))
             ),
-            "one to the newest is younger than it": logic.all(
-                logic.implies(self.has(own["late"], middle), logic.eq(age, 0)),
-                logic.implies(self.has(own["later"], middle), logic.ule(age, 1)),
+            "nor to the newest": logic.no(
+                logic.any(*(self.has(own[name], middle) for name in ("late", "later")))
+            ),
+            "what settles is whole": logic.implies(
+                logic.ne(settle, 0), self.has(own["whole"], writer)
+            ),
+            "and its writer has not begun again": logic.implies(
+                logic.ne(settle, 0), logic.eq(own["begun"], 0)
+            ),
+            "its last byte is on its way": logic.all(
+                logic.ne(settle, 3), logic.implies(logic.eq(settle, 2), logic.eq(own["late"], 0))
             ),
         }
         return {
@@ -459,9 +473,11 @@ class Buffers(Observer):
     "ecat_buffers",
     "three buffers never tear: each byte that is read, from the first one on, was written in the "
     "one access that handed its buffer over, and is in the memory; writer and reader never have "
-    "one buffer; the reader's stays until it opens another, a frame's for the whole frame",
+    "one buffer; the reader's stays until it opens another, a frame's for the whole frame; a complete "
+    "buffer that the reader has not opened keeps its event",
     "any accesses of frames, commits and the application, in any clock, that end or break off "
-    "anywhere; a writer that reaches the end has written each byte since the first",
+    "anywhere; a writer that reaches the end has written each byte since the first, and pauses for "
+    "two clocks",
     quick=True,
 )
 def three_buffers(ctx: Context) -> Iterator[Case]:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // ecat_buffers_sva: writer and reader never share a buffer; a reader's changes only when it opens one; an area is
-// handed over only by an access that began at its first byte.
+// handed over only by an access that began at its first byte; an event stays until its side's access.
 module ecat_buffers_sva (
     input logic clk_i,
     input logic rst_ni,
@@ -8,13 +8,18 @@ module ecat_buffers_sva (
     input logic opens,
     input logic passing_i,
     input logic commit_i,
+    input logic reads_i,
     input logic writes_i,
     input logic first_i,
     input logic ends_i,
     input logic is_written_o,
     input logic [1:0] writer_q,
     input logic [1:0] reader_q,
-    input logic [1:0] middle_q
+    input logic [1:0] middle_q,
+    input logic [1:0] settle_q,
+    input logic new_q,
+    input logic written_q,
+    input logic read_q
 );
 
   ThreeDifferent : assert property (@(posedge clk_i) disable iff (!rst_ni)
@@ -37,6 +42,21 @@ module ecat_buffers_sva (
   HandedOverWhole : assert property (@(posedge clk_i) disable iff (!rst_ni)
       is_written_o && !clear_i |-> first_i || first_seen_q)
   else $error("a buffer was handed over that did not begin at its first byte");
+
+  WriterLeavesTwoClocks : assert property (@(posedge clk_i) disable iff (!rst_ni)
+      settle_q != '0 && !clear_i |-> !(writes_i && !passing_i))
+  else $error("a write in the two clocks after the last byte");
+
+  NewIsAnnounced : assert property (@(posedge clk_i) disable iff (!rst_ni) new_q |-> written_q)
+  else $error("a complete buffer that the reader has not opened has no event");
+
+  WrittenStays : assert property (@(posedge clk_i) disable iff (!rst_ni)
+      $fell(written_q) |-> $past(clear_i || (reads_i && !passing_i && (first_i || (commit_i && ends_i)))))
+  else $error("an event of the reader ended without its access");
+
+  ReadStays : assert property (@(posedge clk_i) disable iff (!rst_ni)
+      $fell(read_q) |-> $past(clear_i || (writes_i && !passing_i && (first_i || ends_i))))
+  else $error("an event of the writer ended without its access");
 
   OneSide : assert property (@(posedge clk_i) disable iff (!rst_ni) !(passing_i && commit_i))
   else $error("an access of two kinds");

@@ -5,8 +5,6 @@ module ecat_control_sva (
     input logic rst_ni,
     input ecat_pkg::register_access_t register_i,
     input logic alias_valid_i,
-    input logic [7:0] application_done_i,
-    input logic [7:0] master_done_i,
     input logic [31:0] event_value,
     input logic [15:0] master_event,
     input logic emulation_q,
@@ -47,11 +45,6 @@ module ecat_control_sva (
   MasterEventStands : assert property (@(posedge clk_i) disable iff (!rst_ni)
       (master_gone & ~MasterOthers) != '0 |-> $past(register_i.read && !register_i.application))
   else $error("an event of the master went without its read");
-
-  ManagersEventStands : assert property (@(posedge clk_i) disable iff (!rst_ni)
-      (8'(gone >> esc_regmap_pkg::AL_EVENT_SM_LSB) & ~$past(application_done_i)) == '0
-      && (8'(master_gone >> esc_regmap_pkg::MASTER_EVENT_SM_LSB) & ~$past(master_done_i)) == '0)
-  else $error("an event of a sync manager went before its access");
 
   StationOfTheMaster : assert property (@(posedge clk_i) disable iff (!rst_ni)
       $past(rst_ni) && !$stable(station_o) |-> $past(register_i.write && !register_i.application))

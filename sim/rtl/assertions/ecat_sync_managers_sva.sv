@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// ecat_sync_managers_sva: a passing frame brings nothing about, each side causes its own events, and has one direction.
+// ecat_sync_managers_sva: a passing frame restarts no watchdog, and each side has one direction.
 module ecat_sync_managers_sva (
     input logic clk_i,
     input logic rst_ni,
@@ -8,10 +8,6 @@ module ecat_sync_managers_sva (
     input logic [ecat_pkg::SYNC_MANAGERS-1:0] hit_q,
     input logic read_o,
     input logic write_o,
-    input logic [ecat_pkg::SYNC_MANAGERS-1:0] for_application_o,
-    input logic [ecat_pkg::SYNC_MANAGERS-1:0] application_done_o,
-    input logic [ecat_pkg::SYNC_MANAGERS-1:0] for_master_o,
-    input logic [ecat_pkg::SYNC_MANAGERS-1:0] master_done_o,
     input logic changed_o,
     input logic watchdog_o
 );
@@ -20,14 +16,9 @@ module ecat_sync_managers_sva (
       access_i.valid |-> $onehot({access_i.frame, access_i.commit, access_i.application}))
   else $error("an access of nobody or of two sides");
 
-  EventsOfACommit : assert property (@(posedge clk_i) disable iff (!rst_ni)
-      for_application_o != '0 || master_done_o != '0 || watchdog_o
-      |-> $past(access_i.valid && access_i.commit))
-  else $error("a frame that is not good yet handed an area over");
-
-  EventsOfTheApplication : assert property (@(posedge clk_i) disable iff (!rst_ni)
-      for_master_o != '0 || application_done_o != '0 |-> $past(access_i.valid && access_i.application))
-  else $error("an event of the application without its access");
+  WatchdogOfACommit : assert property (@(posedge clk_i) disable iff (!rst_ni)
+      watchdog_o |-> $past(access_i.valid && access_i.commit))
+  else $error("a frame that is not good yet restarted the watchdog");
 
   OneDirection : assert property (@(posedge clk_i) disable iff (!rst_ni)
       $past(hit_q != '0) && $past(access_i.valid && !access_i.commit, 2) |-> !(read_o && write_o))
