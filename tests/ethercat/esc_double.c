@@ -19,6 +19,8 @@ static uint8_t image[2048];
 static uint32_t until_sync0_ns;
 static uint64_t since_write_ns;
 static bool watched, pulses;
+static uint8_t late[DOUBLE_BYTES];
+static uint16_t late_address, late_bytes;
 
 static uint16_t word(uint16_t address) { return (uint16_t)(memory[address] | memory[address + 1] << 8); }
 
@@ -125,6 +127,7 @@ void double_reset(void) {
   watched = false;
   until_sync0_ns = 0;
   pulses = true;
+  late_bytes = 0;
 }
 
 void double_sync0(bool now) { pulses = now; }
@@ -208,6 +211,12 @@ bool double_write(uint16_t address, const uint8_t *from, uint16_t bytes) {
   return any;
 }
 
+void double_write_late(uint16_t address, const uint8_t *from, uint16_t bytes) {
+  memcpy(late, from, bytes);
+  late_address = address;
+  late_bytes = bytes;
+}
+
 /* The application's side. */
 void esc_read(uint16_t address, void *to, uint16_t bytes) {
   uint8_t *out = to;
@@ -219,6 +228,10 @@ void esc_read(uint16_t address, void *to, uint16_t bytes) {
     if (at == ESC_SYNC_STATUS_0) memory[ESC_AL_EVENT] &= (uint8_t)~ESC_AL_EVENT_SYNC0_MASK;
     if (at == ESC_AL_CONTROL) memory[ESC_AL_EVENT] &= (uint8_t)~ESC_AL_EVENT_AL_CONTROL_MASK;
     if (IS_SM(at, ACTIVATE)) memory[ESC_AL_EVENT] &= (uint8_t)~ESC_AL_EVENT_SM_CHANGE_MASK;
+  }
+  if (address == ESC_AL_EVENT && late_bytes) {
+    double_write(late_address, late, late_bytes);
+    late_bytes = 0;
   }
 }
 

@@ -13,6 +13,8 @@ void double_reset(void);
 /* The master's access to registers and memory; whether it counts in the working counter. */
 bool double_read(uint16_t address, uint8_t *to, uint16_t bytes);
 bool double_write(uint16_t address, const uint8_t *from, uint16_t bytes);
+/* The same, after the application's next read of the AL event. */
+void double_write_late(uint16_t address, const uint8_t *from, uint16_t bytes);
 /* Time goes by: the watchdog of the process data, SYNC0. */
 void double_time(uint32_t ns);
 /* Whether SYNC0 pulses while it is on; not before its start time, for one. */

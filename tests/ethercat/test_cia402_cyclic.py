@@ -99,6 +99,33 @@ def test_csp__a_late_and_a_lost_target_do_not_stop_the_motion():
     assert drives.get(0x1C32, 11) >= 7
 
 
+class LateDrives(Drives):
+    """Outputs come after the control cycle has read the event of their sync manager."""
+
+    def write(self, address: int, data: bytes) -> bool:
+        if address != 0x1200:
+            return super().write(address, data)
+        self.library.double_write_late(address, bytes(data), len(data))
+        return True
+
+
+def test_csp__outputs_after_the_read_of_the_event_come_in_each_cycle():
+    """A fetch of the outputs before them would take them too, and the next cycle would find no
+    event: half of them would be missed."""
+    drives = LateDrives()
+    drives.put(0x6065, 0, 0xFFFFFFFF)
+    drives.put(0x60C2, 1, 1)
+    drives.put(0x60C2, 2, -4)
+    drives.enable()
+    missed = drives.get(0x1C32, 11)
+    speeds = []
+    for k in range(200):
+        drives.step(position=100 * k)
+        speeds.append(drives.command.axis[0].velocity)
+    assert drives.get(0x1C32, 11) - missed <= 1
+    assert np.allclose(speeds[10:], 1e6)
+
+
 @pytest.mark.parametrize("every", [2, 3])
 def test_csp__regular_losses_do_not_make_the_set_points_swing(every):
     """One of `every` targets of a sine comes. With n = every and D the sine's second difference, the
