@@ -128,9 +128,9 @@ def test_csp__outputs_after_the_read_of_the_event_come_in_each_cycle():
 
 @pytest.mark.parametrize("every", [2, 3])
 def test_csp__regular_losses_do_not_make_the_set_points_swing(every):
-    """One of `every` targets of a sine comes. With n = every and D the sine's second difference, the
-    target that comes bends the path by n^2 D, the next extrapolation by n (1 - n) D. Between the two,
-    the acceleration of the quintic overshoots by 0.766 of their difference."""
+    """One of `every` targets of a sine comes. With n = every and D the sine's second difference,
+    the target that comes bends the path by n^2 D, the next extrapolation by n (1 - n) D. Between
+    the two, the acceleration of the quintic overshoots by 0.766 of their difference."""
     drives = Drives()
     drives.put(0x6065, 0, 0xFFFFFFFF)
     drives.put(0x607F, 0, 2_000_000_000)

@@ -473,8 +473,8 @@ class Buffers(Observer):
     "ecat_buffers",
     "three buffers never tear: each byte that is read, from the first one on, was written in the "
     "one access that handed its buffer over, and is in the memory; writer and reader never have "
-    "one buffer; the reader's stays until it opens another, a frame's for the whole frame; a complete "
-    "buffer that the reader has not opened keeps its event",
+    "one buffer; the reader's stays until it opens another, a frame's for the whole frame; a "
+    "complete buffer that the reader has not opened keeps its event",
     "any accesses of frames, commits and the application, in any clock, that end or break off "
     "anywhere; a writer that reaches the end has written each byte since the first, and pauses for "
     "two clocks",
