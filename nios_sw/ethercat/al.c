@@ -21,7 +21,7 @@
 #define WRITES 1
 
 uint8_t al_present;
-static uint16_t code;
+static uint16_t code, halted;
 static bool waiting; /* SAFEOP, OP requested: outputs, or SYNC0, have not come yet */
 static bool outputs_seen, sync0_seen;
 static bool identify; /* the master asks for the identification value (AL_CONTROL, bit 5) */
@@ -60,7 +60,7 @@ static void enter(uint8_t next) {
 
 void al_start(void) {
   al_present = AL_INIT;
-  code = 0;
+  code = halted = 0;
   waiting = outputs_seen = sync0_seen = identify = false;
   mailbox_stop();
   publish();
@@ -76,6 +76,13 @@ void al_fault(uint16_t why) {
   fail(why);
   if (al_present == AL_OP) enter(AL_SAFEOP);
   waiting = false;
+  publish();
+}
+
+void al_halt(uint16_t why) {
+  halted = why;
+  fail(why);
+  enter(AL_INIT);
   publish();
 }
 
@@ -141,6 +148,7 @@ static uint16_t change(uint8_t wanted, uint32_t now_ms, int guard) {
   uint16_t found = 0;
   uint32_t cycle;
   if (!known(wanted)) return AL_UNKNOWN_STATE;
+  if (halted && wanted != AL_INIT) return halted;
   if (wanted == al_present) {
     waiting = false;
     return 0;

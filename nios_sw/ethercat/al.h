@@ -30,6 +30,7 @@
 #define AL_NO_SYNC 0x002D
 #define AL_INVALID_SYNC 0x0030
 #define AL_INVALID_CYCLE 0x0035
+#define AL_WRONG_PERIOD 0x8001 /* of the machine's tick; codes from 0x8000 on are the vendor's */
 
 void al_start(void);
 extern uint8_t al_present; /* the state; al.c alone writes it */
@@ -43,6 +44,8 @@ void al_outputs_seen(void);
 void al_sync0_seen(void);
 /* A fault of the device: from OP to SAFEOP with the code. */
 void al_fault(uint16_t code);
+/* A fault for good: INIT, and each other state is refused with the code. */
+void al_halt(uint16_t code);
 /* The cycle of SYNC0 [ns]; whether it is as 1C32 wants it. */
 bool al_clock_holds(uint32_t *cycle);
 /* Bytes of the process data of a direction, as mapped when SAFEOP was entered. */

@@ -4,6 +4,7 @@
  *
  * The control pass is an interrupt, so that no work for the mailbox delays it. The machine's tick requests none:
  * the core's timer does, when the next tick is due, and once more each LATE cycles until it has come. */
+#include "ethercat/al.h"
 #include "ethercat/application.h"
 #include "ethercat/esc_nios.h"
 #include "ethercat/held.h"
@@ -12,6 +13,7 @@
 
 #define PERIOD (CYCLE_100NS * CLOCK_MHZ / 10u)
 #define WORDS 60u /* clocks in which a machine writes and reads the words of a tick */
+#define MEASURED 16u /* ticks; SYNC0 moves none of them by more than 1/256 of a period */
 #define LATE 256u /* about three times what an interrupt without a tick costs */
 
 static struct feedback feedback;
@@ -77,6 +79,26 @@ static void wake_in(uint32_t cycles) {
   io_write(REG_TIMER_STATUS, 0);
 }
 
+/* The period is a parameter of the hardware too: with another one, speeds and times would be wrong. */
+static void check_period(void) {
+  static uint32_t passes, first_tick, first_clock;
+  uint32_t tick, clock, period;
+  if (passes > MEASURED || (++passes > 1 && passes <= MEASURED)) return;
+  tick = io_read(REG_TICK_COUNT);
+  clock = io_read(REG_CYCLE) - io_read(REG_TICK_CYCLES);
+  if (passes > MEASURED) {
+    period = (clock - first_clock) / (tick - first_tick);
+    if (period < PERIOD - PERIOD / 64u || period > PERIOD + PERIOD / 64u) {
+      console_text("The control ticks do not come each ");
+      console_decimal(PERIOD);
+      console_text(" clocks, the cycle of this program: set Period of ethercat_nios, or build with -DCYCLE_100NS\n");
+      al_halt(AL_WRONG_PERIOD);
+    }
+  }
+  first_tick = tick;
+  first_clock = clock;
+}
+
 static void pass(void) {
   static bool started;
   volatile struct ethercat_output *out = (volatile struct ethercat_output *)OUTPUT_BASE;
@@ -93,6 +115,7 @@ static void pass(void) {
   if (started && objects.pass_cycles > objects.pass_longest) objects.pass_longest = objects.pass_cycles;
   if (started && objects.pass_cycles > PERIOD - WORDS && objects.output_sync.exceeded < 0xFFFFu) ++objects.output_sync.exceeded;
   started = true;
+  check_period();
   objects.output_sync.copy = objects.input_sync.copy = objects.pass_longest * (1000u / CLOCK_MHZ);
   wake_in(objects.pass_cycles + LATE < PERIOD ? PERIOD - objects.pass_cycles : LATE);
 }

@@ -377,3 +377,15 @@ def test_changed_mapping__is_what_safeop_asks_for():
     host.cycle()
     assert host.get(0x6840) == 6 and host.get(0x687A) == -5 and host.get(0x68B2) == 2
     assert host.get(0x6040) == 0
+
+
+def test_halt__each_state_is_refused_with_its_code():
+    host = Host().to_preop()
+    host.library.al_halt(0x8001)
+    assert host.status == (INIT | ERROR, 0x8001)
+    for wanted in (PREOP, PREOP | ERROR, BOOT | ERROR):
+        assert host.ask(wanted) == (INIT | ERROR, 0x8001)
+    assert host.ask(INIT) == (INIT, 0)
+    assert host.ask(PREOP) == (INIT | ERROR, 0x8001)
+    host.power_on()
+    assert host.to_preop().status == (PREOP, 0)

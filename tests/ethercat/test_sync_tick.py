@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim.bus.datagram import APWR, single
-from sim.bus.device import BEFORE, CLOCK_NS, CYCLE_CLOCKS, DeviceRtl
+from sim.bus.datagram import APRD, APWR, answer, single
+from sim.bus.device import BEFORE, CLOCK_NS, CYCLE_CLOCKS, IMAGES, DeviceRtl
 from sim.bus.gen import esc_regmap
 from sim.bus.register import ByteRegister
 from sim.bus.session import START_NS
@@ -56,3 +56,23 @@ def test_ticks__begin_with_sync0_while_the_masters_clock_drifts(ppm: int):
     assert set(np.diff(np.searchsorted(dues, nearest))) == {TICKS}
     assert device.counts()["overrun"] == 0
     assert device.counts()["longest"] < CYCLE_CLOCKS
+
+
+@pytest.mark.parametrize(("period_ns", "image"), [(100_000, "ethercat_16khz"), (62_500, "ethercat")])
+def test_period__that_is_not_the_programs_cycle_keeps_the_device_in_init(
+    monkeypatch: pytest.MonkeyPatch, period_ns: int, image: str
+):
+    monkeypatch.setitem(IMAGES, period_ns, image)
+    device = DeviceRtl(period_ns)
+    device.run(START_NS + 4_000_000)
+    write(device, esc_regmap.AL_CONTROL, 2)  # PREOP
+    device.run(4_000_000)
+    device.received()
+    found = []
+    for register in (esc_regmap.AL_STATUS, esc_regmap.AL_STATUS_CODE):
+        device.send(single(APRD, 0, register.address, bytes(2)))
+        device.run(100_000)
+        found += [answer(frame, 2)[0] for frame in device.received()]
+    assert found == [0x11, 0x8001]
+    wanted = {"ethercat": 10000, "ethercat_16khz": 6250}[image]
+    assert f"The control ticks do not come each {wanted} clocks" in device.console
