@@ -43,6 +43,7 @@ class Top:
     module: str
     parameters: Mapping[str, int] = field(default_factory=dict)
     memories: Mapping[str, int] = field(default_factory=dict)  # as for alm_area
+    placer: str = "heap"  # of synth_unit.PLACERS
 
 
 UNITS = (
@@ -60,6 +61,7 @@ TOPS = (
         "asip_wide",
         "asip",
         {"FmaPipes": 2, "Slots": 3, "StreamWords": 8192, "Loops": 3, "Lanes": 3},
+        placer="static",
     ),
     *(Top(unit, unit) for unit in ("n2_core", *CUSTOM)),
     *(Top(f"fpga{n}", "n2_system", {"Platform": n}, {"n2_tcm": TCM_BITS}) for n in (1, 2)),
@@ -80,7 +82,8 @@ def run(top: Top, seeds: tuple[int, ...], console: Console, jobs: int = 1) -> di
     begin, files = time.monotonic(), sources_of(top.module)
 
     def measure() -> dict:
-        return synthesise(top.module, files, seeds, top.parameters, top.name, jobs, top.memories)
+        set_up = (top.parameters, top.name, jobs, top.memories, top.placer)
+        return synthesise(top.module, files, seeds, *set_up)
 
     result = result_of(entry(top, seeds), measure)
     console.print(f"  {top.name}: {time.monotonic() - begin:.0f} s")

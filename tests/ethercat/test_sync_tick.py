@@ -58,7 +58,9 @@ def test_ticks__begin_with_sync0_while_the_masters_clock_drifts(ppm: int):
     assert device.counts()["longest"] < CYCLE_CLOCKS
 
 
-@pytest.mark.parametrize(("period_ns", "image"), [(100_000, "ethercat_16khz"), (62_500, "ethercat")])
+@pytest.mark.parametrize(
+    ("period_ns", "image"), [(100_000, "ethercat_16khz"), (62_500, "ethercat")]
+)
 def test_period__that_is_not_the_programs_cycle_keeps_the_device_in_init(
     monkeypatch: pytest.MonkeyPatch, period_ns: int, image: str
 ):
