@@ -79,14 +79,15 @@ static void wake_in(uint32_t cycles) {
   io_write(REG_TIMER_STATUS, 0);
 }
 
-/* The period is a parameter of the hardware too: with another one, speeds and times would be wrong. */
+/* The period is a parameter of the hardware too: with another one, speeds and times would be wrong. The first ticks
+ * wait for the start of the program. */
 static void check_period(void) {
   static uint32_t passes, first_tick, first_clock;
   uint32_t tick, clock, period;
-  if (passes > MEASURED || (++passes > 1 && passes <= MEASURED)) return;
+  if (passes == 2u * MEASURED || ++passes % MEASURED) return;
   tick = io_read(REG_TICK_COUNT);
   clock = io_read(REG_CYCLE) - io_read(REG_TICK_CYCLES);
-  if (passes > MEASURED) {
+  if (passes == 2u * MEASURED) {
     period = (clock - first_clock) / (tick - first_tick);
     if (period < PERIOD - PERIOD / 64u || period > PERIOD + PERIOD / 64u) {
       console_text("The control ticks do not come each ");
