@@ -148,7 +148,7 @@ static uint16_t change(uint8_t wanted, uint32_t now_ms, int guard) {
   uint16_t found = 0;
   uint32_t cycle;
   if (!known(wanted)) return AL_UNKNOWN_STATE;
-  if (halted && wanted != AL_INIT) return halted;
+  if (halted && wanted != AL_INIT && wanted != AL_BOOT) return halted; /* BOOT brings another program */
   if (wanted == al_present) {
     waiting = false;
     return 0;
@@ -174,6 +174,7 @@ static uint16_t change(uint8_t wanted, uint32_t now_ms, int guard) {
     guard_leave(guard);
     found = check_safeop();
     guard_enter();
+    if (!found) found = halted;
     if (found) return found;
     enter(AL_SAFEOP);
     application_inputs(); /* so that the first read finds some */

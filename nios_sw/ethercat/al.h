@@ -44,7 +44,7 @@ void al_outputs_seen(void);
 void al_sync0_seen(void);
 /* A fault of the device: from OP to SAFEOP with the code. */
 void al_fault(uint16_t code);
-/* A fault for good: INIT, and each other state is refused with the code. */
+/* A fault for good: INIT, and each other state but BOOT is refused with the code. */
 void al_halt(uint16_t code);
 /* The cycle of SYNC0 [ns]; whether it is as 1C32 wants it. */
 bool al_clock_holds(uint32_t *cycle);

@@ -185,9 +185,9 @@ void application_cycle(const struct feedback *feedback, struct command *command)
     objects.axis[n].inputs = (uint32_t)feedback->digital_inputs << IO_SHIFT | feedback->axis[n].switches;
   }
   if (state >= AL_SAFEOP) {
-    /* Outputs can come between the read of the event and the fetch in each cycle, at one phase of the bus. The fetch of
-     * the ones before takes them, and the next cycle finds no event: half of them would be missed. Looked for once
-     * more, later than a fetch begins, they are found in each cycle. */
+    /* Outputs can come between the read of the event and the fetch in each cycle, at one phase of the bus. The fetch
+     * then already gets the new ones and ends their event, so the next cycle finds none: half of them would be
+     * missed. A second look, later than a fetch begins, finds them in each cycle. */
     if (!came) came = fetch_outputs(esc_read32(ESC_AL_EVENT));
     fresh = take_outputs(came);
   }

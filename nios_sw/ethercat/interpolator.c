@@ -32,7 +32,6 @@ void interpolator_start(struct interpolator *ip, int32_t value, int32_t slope, u
   ip->phase = ip->span / 2u;
   ip->has_next = false;
   ip->running = slope != 0;
-  ip->last = ip->p3;
   ip->trend = slope;
   ip->lost = 0;
 }
@@ -64,12 +63,9 @@ void interpolator_shift(struct interpolator *ip) {
   ip->p2 = ip->p3;
   if (ip->has_next) {
     slope = minus(ip->next, ip->p3);
-    ip->trend = slope;
-    if (ip->lost) {
-      ip->trend = minus(ip->next, ip->last) / (ip->lost + 1);
-      ip->lost = 0;
-    }
-    ip->last = ip->next;
+    /* Without lost ones the trend is the slope. */
+    ip->trend = ip->lost ? plus(ip->trend, minus(slope, ip->trend) / (ip->lost + 1)) : slope;
+    ip->lost = 0;
     ip->has_next = false;
   } else if (ip->lost < 0xFFFFu) {
     ++ip->lost;

@@ -25,8 +25,8 @@ struct interpolator {
   float way, ahead;
   float slope, bend, half_bend, curve, jump; /* curve: the bend of the piece to come */
   bool has_next, running;
-  int32_t last, trend; /* the last target that came; its way from the one before, of one period */
-  uint16_t lost;       /* periods since then without a target */
+  int32_t trend; /* the way per period between the last two targets that came */
+  uint16_t lost; /* periods since the last one */
 };
 
 /* What depends on the place within a piece alone. Axes whose targets come together share it. */

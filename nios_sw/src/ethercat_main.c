@@ -13,7 +13,8 @@
 
 #define PERIOD (CYCLE_100NS * CLOCK_MHZ / 10u)
 #define WORDS 60u /* clocks in which a machine writes and reads the words of a tick */
-#define MEASURED 16u /* ticks; SYNC0 moves none of them by more than 1/256 of a period */
+#define MEASURED 16u /* ticks of a measurement */
+#define WRONG 3u     /* measurements in a row after which the period is wrong */
 #define LATE 256u /* about three times what an interrupt without a tick costs */
 
 static struct feedback feedback;
@@ -79,17 +80,20 @@ static void wake_in(uint32_t cycles) {
   io_write(REG_TIMER_STATUS, 0);
 }
 
-/* The period is a parameter of the hardware too: with another one, speeds and times would be wrong. The first ticks
- * wait for the start of the program. */
+/* The period is a parameter of the hardware too: with another one, speeds and times would be wrong. The first
+ * MEASURED passes do not count: they are late. */
 static void check_period(void) {
-  static uint32_t passes, first_tick, first_clock;
+  static uint32_t passes, first_tick, first_clock, wrong;
+  static bool known;
   uint32_t tick, clock, period;
-  if (passes == 2u * MEASURED || ++passes % MEASURED) return;
+  if (known || ++passes % MEASURED) return;
   tick = io_read(REG_TICK_COUNT);
   clock = io_read(REG_CYCLE) - io_read(REG_TICK_CYCLES);
-  if (passes == 2u * MEASURED) {
+  if (passes > MEASURED) {
     period = (clock - first_clock) / (tick - first_tick);
-    if (period < PERIOD - PERIOD / 64u || period > PERIOD + PERIOD / 64u) {
+    known = period >= PERIOD - PERIOD / 256u && period <= PERIOD + PERIOD / 256u;
+    if (!known && ++wrong == WRONG) {
+      known = true;
       console_text("The control ticks do not come each ");
       console_decimal(PERIOD);
       console_text(" clocks, the cycle of this program: set Period of ethercat_nios, or build with -DCYCLE_100NS\n");

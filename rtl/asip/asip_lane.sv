@@ -129,7 +129,7 @@ module asip_lane (
     word_e1_q  <= word_r2;
     if (power_r2_i) word_e1_q[1] <= asip_pkg::power_of_two(word_r2[1][7:0]);
     pipe_e1_q <= operand_r2_i;
-    // A reset of these registers, so that what the pipe's limit leaves, which comes late, passes no gate.
+    // A synchronous reset instead of a gate: the pipe's flags come late.
     if (own_r2_i[0]) {pipe_keep_e1_q, pipe_nan_e1_q, pipe_least_e1_q} <= '0;
     else {pipe_keep_e1_q, pipe_nan_e1_q, pipe_least_e1_q} <= {keep_r2_i, nan_r2_i, least_r2_i};
   end

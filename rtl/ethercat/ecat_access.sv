@@ -81,7 +81,7 @@ module ecat_access (
 
   assign frame_slot = running_q && (logical_q ? in_use : slot_q == '0);
   assign commit_ready_o = !frame_slot && !(commit_i.partial && entered_q != '0) && ended_q == '0;
-  // The application's last byte of a word and the first of the next are two clocks apart without parted.
+  // Between two words of the application there is a clock anyway; parted adds the second.
   assign parted         = access_2_q.valid && access_2_q.application && !(access_1_q.valid && access_1_q.application);
   assign app_ready_o    = !frame_slot && !commit_valid_i && !sweep_q && !(app_write_i && parted);
 

@@ -6,9 +6,9 @@
 // access whether it is open, and one that is not has no consequences. reads_i and writes_i: the access is by the side that
 // reads or writes, and the mailbox lets it. What a passing frame asks to write opens the area for this frame only. writer_o
 // and reader_o are never the same of the three. The reader's first byte gives it the newest complete buffer, of a frame's
-// reads once a frame: reader_o shows it at once. A buffer is complete two clocks after its last byte, when that is in
-// the memory; until then the reader gets the one before, so a reader at a fixed time after the writer gets new bytes
-// each time. A writer begins again three clocks after its last byte or later. Mode and direction change while clear_i
+// reads once a frame: reader_o shows it at once. A buffer (or mailbox) is complete three clocks after its last byte, when
+// that is in the memory; until then the reader gets the one before, so a reader at a fixed time after the writer gets new
+// bytes each time. A writer begins again three clocks after its last byte or later. Mode and direction change while clear_i
 // only; then everything begins again.
 // written_o and read_o are the events of reader and writer. The application's first byte ends an event, as in the ESCs of
 // Beckhoff (ET1100 Hardware Data Sheet, register 0x0805), a frame's last byte does when it commits. A complete buffer that
@@ -50,7 +50,7 @@ module ecat_buffers (
   assign is_written = writes && ends_i && !passing_i;
   assign is_read    = reads && ends_i && !passing_i;
   assign takes      = opens && new_q && !mailbox_i;
-  assign done       = !passing_i && (reads ? (commit_i ? ends_i && !new_q : first_i)
+  assign done       = !passing_i && (reads ? (commit_i ? ends_i && (mailbox_i || !new_q) : first_i)
                                            : writes && (commit_i ? ends_i : first_i));
 
   // What a frame reads opens as it passes, since the buffer is the reader's then; what it writes, by its commit.
@@ -110,7 +110,7 @@ module ecat_buffers (
         new_q    <= 1'b0;
       end
       if (takes) reader_q <= middle_q;
-      if (is_written) full_q <= 1'b1;
+      if (settle_q[1]) full_q <= 1'b1;
       else if (is_read) full_q <= 1'b0;
       if (settle_q[1]) written_q <= 1'b1;
       else if (done && reads) written_q <= 1'b0;

@@ -81,6 +81,7 @@ static bool manager_write(int n, uint16_t address, uint8_t value, bool master) {
   if (by_master(n) != master || at >= sizeof latest[0]) return false;
   if (is_mailbox(n) && full(n)) return false;
   if (!is_open(n, master, at, last)) return false;
+  if (!master && at == 0) event(n, false);
   taken[n][at] = value;
   if (at != last) return true;
   memcpy(latest[n], taken[n], last + 1u);
@@ -102,10 +103,11 @@ static bool manager_read(int n, uint16_t address, uint8_t *value, bool master) {
   if (by_master(n) == master || at >= sizeof latest[0]) return false;
   if (is_mailbox(n) && !full(n)) return false;
   if (!is_open(n, master, at, last)) return false;
+  if (!master && at == 0) event(n, false);
   *value = latest[n][at];
   if (at != last) return true;
   if (is_mailbox(n)) set_full(n, false);
-  event(n, master);
+  if (master) event(n, true);
   return true;
 }
 

@@ -255,6 +255,30 @@ def test_buffers__a_frame_at_any_clock_gets_these_inputs_or_the_last(line: Line,
     assert set(older[4::5]) == {0, 1}
 
 
+@pytest.mark.parametrize("bytes_", [1, 2, 4])
+def test_buffers__two_writes_of_the_application_without_a_pause(line: Line, bytes_: int):
+    sync_manager(line, 3, 0x1300, bytes_, managers.INPUTS)
+    for value in range(1, 9, 2):
+        for each in (value, value + 1):
+            line.order(0x1300, each * int("01" * bytes_, 16), bytes_)
+        line.run(2000)
+        seen = answer(line.exchange(single(APRD, 0, 0x1300, bytes(bytes_))).data, bytes_)
+        assert seen == ((value + 1) * int("01" * bytes_, 16), 1)
+
+
+@pytest.mark.parametrize("bytes_", [1, 2, OUTPUT_BYTES])
+def test_buffers__two_writes_of_one_frame(line: Line, bytes_: int):
+    """The second begins with the commit that follows the last byte of the first."""
+    sync_manager(line, 2, OUTPUTS, bytes_, managers.OUTPUTS)
+    for value in range(1, 9, 2):
+        first, second = (bytes([each]) * bytes_ for each in (value, value + 1))
+        line.exchange(
+            frame(datagram(APWR, 0, OUTPUTS, first, more=True), datagram(APWR, 0, OUTPUTS, second))
+        )
+        line.run(2000)
+        assert line.read(OUTPUTS, width=bytes_) == int.from_bytes(second, "little")
+
+
 def test_buffers__an_end_without_its_beginning_is_refused(line: Line):
     """A datagram of the last bytes alone: no outputs, no counter."""
     sync_manager(line, 2, OUTPUTS, OUTPUT_BYTES, managers.OUTPUTS)

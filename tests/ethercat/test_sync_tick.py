@@ -67,9 +67,9 @@ def test_period__that_is_not_the_programs_cycle_keeps_the_device_in_init(
     right = period_ns == wanted * CLOCK_NS
     monkeypatch.setitem(IMAGES, period_ns, image)
     device = DeviceRtl(period_ns)
-    device.run(START_NS + 4_000_000)
+    device.run(START_NS + 12_000_000)
     write(device, esc_regmap.AL_CONTROL, 2)  # PREOP
-    device.run(4_000_000)
+    device.run(2_000_000)
     device.received()
     found = []
     for register in (esc_regmap.AL_STATUS, esc_regmap.AL_STATUS_CODE):

@@ -55,8 +55,16 @@ module ecat_buffers_sva (
   else $error("an event of the reader ended without its access");
 
   ReadStays : assert property (@(posedge clk_i) disable iff (!rst_ni)
-      $fell(read_q) |-> $past(clear_i || (writes_i && !passing_i && (first_i || ends_i))))
+      $fell(read_q) |-> $past(clear_i || (writes_i && !passing_i && (first_i || (commit_i && ends_i)))))
   else $error("an event of the writer ended without its access");
+
+  WrittenBegins : assert property (@(posedge clk_i) disable iff (!rst_ni)
+      $rose(written_q) |-> $past(is_written_o, 3))
+  else $error("an event of the reader began without a complete buffer");
+
+  ReadBegins : assert property (@(posedge clk_i) disable iff (!rst_ni)
+      $rose(read_q) |-> $past(reads_i && ends_i && !passing_i))
+  else $error("an event of the writer began without a read to the end");
 
   OneSide : assert property (@(posedge clk_i) disable iff (!rst_ni) !(passing_i && commit_i))
   else $error("an access of two kinds");
