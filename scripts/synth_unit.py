@@ -34,8 +34,8 @@ PLACERS = {
     "heap": "--placer-heap-timingweight 40",  # a slow path weighs more than by default (10)
     "static": "--placer static",
 }
-"""Placers of nextpnr and their options. static suits a top that fills most memory blocks of the
-device: heap then gives wires longer by a third, and routing them takes hours."""
+"""Placers of nextpnr and their options. For a top that fills most memory blocks of the device,
+static gives shorter wires than heap."""
 WIRE_PS = 600  # a wire as nextpnr routes it on average; Yosys counts 300, and then maps for area
 CLOCK, RESET = "clk_i", "rst_ni"
 TOOLS = ROOT / "requirements-synth.lock"
