@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import ctypes
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -34,6 +35,7 @@ class Verilated:
         """arguments: of `<prefix>_new`."""
         self._lib = load_model(library) if isinstance(library, Path) else library
         self._bind({self.end: (None,), **signatures})
+        self._process = os.getpid()
         new = getattr(self._lib, f"{self.prefix}_new")
         new.restype = ctypes.c_void_p
         self._handle = new(*arguments)
@@ -65,10 +67,14 @@ class Verilated:
         return events
 
     def close(self) -> None:
-        """Free the model; the object is of no use afterwards."""
+        """Free the model; the object is of no use afterwards.
+
+        In a fork of the process that made it, only forget it: the model's threads are not in the
+        copy, and freeing would wait for them forever.
+        """
         # First without a handle: an interrupt after the call must not free the model twice.
         handle, self._handle = self._handle, None
-        if handle is not None:
+        if handle is not None and os.getpid() == self._process:
             getattr(self._lib, f"{self.prefix}_{self.end}")(handle)
 
     def __del__(self) -> None:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import ctypes
 import functools
-import gc
 import itertools
 import multiprocessing
 import os
@@ -168,8 +167,6 @@ def in_copy(
 ) -> dict:
     """What the function gives in a copy of this process, so that no run sees one before it."""
     bench_in(mode, cycle_ns)
-    gc.collect()
-    gc.freeze()  # in the copy a model of another test has no threads, and waits for them for ever
     with multiprocessing.get_context("fork").Pool(1) as pool:
         return pool.apply(function, (*arguments, mode, cycle_ns))
 

@@ -77,6 +77,12 @@ def test_tool__with_a_planted_fault__is_reported_for_every_case(tool, kind, monk
     assert [(failure.case, failure.kind) for failure in result.failures] == expected
 
 
+def test_tool__that_always_hangs__ends_the_campaign(monkeypatch) -> None:
+    monkeypatch.setattr(engine, "WALL_SECONDS", 0.2)
+    result = engine.run_campaign(Campaign("planted", 500, waits), 500, seed=1)
+    assert result.cases == result.count("hang") == engine.HANGS
+
+
 def test_case__replayed__is_the_same_and_leaves_its_files(tmp_path: Path) -> None:
     def tool(rng: Random) -> int:
         Path("drawn").write_text(mutated_text(rng, "fadd a, b, c\nhalt\n", ["x"]))

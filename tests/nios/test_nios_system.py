@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import os
 import re
+import signal
+import time
 from pathlib import Path
 
 import numpy as np
@@ -46,6 +48,26 @@ def test_system_elaborates_without_a_warning(platform):
     options = ["--lint-only", "-Wall", "--quiet", "--top-module", "n2_system"]
     options += [f"-GPlatform={platform}", WAIVERS]
     output(verilator_driver(), *options, *files, cwd=ROOT)
+
+
+def test_fork__forgets_the_model_and_does_not_wait_for_its_threads():
+    model = NiosRtl("fpga1")
+    model.start()
+    model.clock(100)
+    time.sleep(0.5)  # its threads wait for work
+    child = os.fork()
+    if child == 0:
+        model.close()
+        os._exit(0)
+    end = time.monotonic() + 30
+    while (ended := os.waitpid(child, os.WNOHANG)) == (0, 0) and time.monotonic() < end:
+        time.sleep(0.05)
+    if ended == (0, 0):
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+    assert ended == (child, 0), "the copy of the process waits"
+    model.clock(100)
+    model.close()
 
 
 # ---------------------------------------------------------------------- tracking program

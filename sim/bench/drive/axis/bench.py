@@ -26,9 +26,22 @@ from sim.laws.drive.clocks import CLOCK, LOOP_PERIOD
 from sim.laws.drive.current_law import MAGIC, current_law
 from sim.laws.drive.start_up_law import ORDERS, start_up_law
 from sim.robot.drives import Motor
+from sim.rtl.verilated import Signatures, Verilated
 
 WORDS = 5  # of the link in front of the orders
 COLUMNS = 7
+POINTER, U32 = ctypes.c_void_p, ctypes.c_uint32
+SIGNATURES: Signatures = {
+    "load": (None, POINTER, POINTER, U32, U32),
+    "outer": (None, POINTER, POINTER, U32, U32, U32),
+    "gates": (None, ctypes.c_int),
+    "halves": (ctypes.c_int, POINTER, U32, POINTER, U32),
+    "truth": (None, POINTER),
+    "off": (None, POINTER),
+    "lose": (None, U32),
+    "bad": (U32,),
+    "lines": (U32, POINTER, U32),
+}
 LINK_HALVES = 3  # the first run of a program only sets its states
 VOLTAGE_LATE = 1.5 * LOOP_PERIOD - MIDDLE * CLOCK  # s from a current to the middle of its voltage
 COUNT_LATE = (END - MIDDLE) * CLOCK  # s from a current to the counts of the same sample
@@ -68,10 +81,12 @@ class Record:
         return np.hypot(self.alpha, self.beta)
 
 
-class Bench:
+class Bench(Verilated):
     """A motor at rest with its inverter; angle: electrical, at position 0 [rad]; at: where it
     rests [rad or m]; wired: what the plant is if the file is wrong (for tests); hall: which sensor
     is at each Hall line, 3 more if it is inverted; 6 for a line that is low, 7 for a high one."""
+
+    prefix = "bench"
 
     def __init__(
         self,
@@ -82,20 +97,6 @@ class Bench:
         hall: tuple[int, int, int] = (0, 1, 2),
     ) -> None:
         self.one, plant = one, wired or one
-        self._lib = ctypes.CDLL(str(bench_library()))
-        pointer, u32 = ctypes.c_void_p, ctypes.c_uint32
-        self._lib.bench_new.restype = pointer
-        self._lib.bench_new.argtypes = [pointer] * 2
-        self._lib.bench_free.argtypes = [pointer]
-        self._lib.bench_load.argtypes = [pointer, pointer, pointer, u32, u32]
-        self._lib.bench_outer.argtypes = [pointer, pointer, pointer, u32, u32, u32]
-        self._lib.bench_gates.argtypes = [pointer, ctypes.c_int]
-        self._lib.bench_halves.argtypes = [pointer, pointer, u32, pointer, u32]
-        self._lib.bench_truth.argtypes = [pointer] * 2
-        self._lib.bench_off.argtypes = [pointer] * 2
-        self._lib.bench_lose.argtypes = [pointer, u32]
-        self._lib.bench_bad.argtypes = [pointer]
-        self._lib.bench_lines.argtypes = [pointer, pointer, u32]
         record = _record(plant, angle)
         serial = (one.counter.get("Period", 0), one.frame_clocks)
         rest = np.array(
@@ -107,7 +108,8 @@ class Bench:
             ],
             dtype=float,
         )
-        self._handle = self._lib.bench_new(record.ctypes.data, rest.ctypes.data)
+        library = ctypes.CDLL(str(bench_library()))
+        super().__init__(library, SIGNATURES, record.ctypes.data, rest.ctypes.data)
         self.scale = one.current_scale * one.setting().ampere_per_count
         self.zeros = np.zeros(2)  # samples without current [counts]
         self.uneven = np.zeros(6)  # by which each edge of Hall lines is late [counts]
@@ -116,38 +118,34 @@ class Bench:
         self._kept: list[Program] = []
         self._width = 1
 
-    def __del__(self) -> None:
-        if getattr(self, "_handle", None):
-            self._lib.bench_free(self._handle)
-
     @property
     def truth(self) -> dict[str, float]:
         """Position, speed, i_d, i_q, electrical angle at count 0: no estimator takes it."""
         out = np.zeros(5)
-        self._lib.bench_truth(self._handle, out.ctypes.data)
+        self._call("truth", out.ctypes.data)
         return dict(zip(("x", "v", "i_d", "i_q", "angle"), out.tolist(), strict=True))
 
     def off(self) -> tuple[float, float]:
         """Distance of the sampled counts from the position since the last call: rms and largest,
         electrical [degrees]. No estimator takes it."""
         out = np.zeros(2)
-        self._lib.bench_off(self._handle, out.ctypes.data)
+        self._call("off", out.ctypes.data)
         rms, largest = np.degrees(out * self.one.resolution * self.one.motor.wave).tolist()
         return rms, largest
 
     def lose(self, frames: int) -> None:
         """So many next frames or samples of an encoder without lines A and B are bad."""
-        self._lib.bench_lose(self._handle, frames)
+        self._call("lose", frames)
 
     def bad(self) -> int:
         """Illegal states and skipped sectors of Hall lines since the last call, as `ILLEGAL`."""
-        return int(self._lib.bench_bad(self._handle))
+        return int(self._call("bad"))
 
     def lines(self) -> NDArray[np.int64]:
         """Clock and state, 4 u + 2 v + w, of each change of the Hall lines. No estimator takes
         it."""
         out = np.zeros((100_000, 2))
-        n = self._lib.bench_lines(self._handle, out.ctypes.data, len(out))
+        n = self._call("lines", out.ctypes.data, len(out))
         return out[:n].astype(np.int64)
 
     def absolute(self) -> int:
@@ -181,7 +179,7 @@ class Bench:
         made = program(compiled, WORDS, values)
         self._kept.append(made)
         first = made.states(states or {})
-        self._lib.bench_load(self._handle, made.tick, first.ctypes.data, len(first), made.orders)
+        self._call("load", made.tick, first.ctypes.data, len(first), made.orders)
         self._width = made.orders
         self.gates(False)
         self.run(np.zeros((LINK_HALVES, self._width)))
@@ -192,21 +190,21 @@ class Bench:
         orders and one that is added to what it orders."""
         made = program(compiled, 1)
         self._kept.append(made)
-        self._lib.bench_outer(
-            *(self._handle, made.tick, made.first.ctypes.data, len(made.first), made.orders, every)
+        self._call(
+            *("outer", made.tick, made.first.ctypes.data, len(made.first), made.orders, every)
         )
         self._width = made.orders + 1
 
     def gates(self, on: bool) -> None:
         """All gates off, or as the PWM orders."""
-        self._lib.bench_gates(self._handle, on)
+        self._call("gates", on)
 
     def run(self, rows: ArrayLike) -> Record:
         """A half period for each row of orders. Raises BringUpError where the hardware trips."""
         words = np.ascontiguousarray(rows, dtype=np.float32).reshape(-1, self._width)
         out = np.zeros((len(words), COLUMNS), dtype=np.float32)
-        faulted = self._lib.bench_halves(
-            *(self._handle, words.ctypes.data, self._width, out.ctypes.data, len(words))
+        faulted = self._call(
+            *("halves", words.ctypes.data, self._width, out.ctypes.data, len(words))
         )
         self.halves_run += len(words)
         if faulted:
