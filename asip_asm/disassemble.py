@@ -76,6 +76,10 @@ def decode_operation(word: int, slot: int, configuration: str, isa: Isa) -> Oper
         assert isinstance(operation.c, Register)
         if record.every:
             operation.lanes_of = slot
+            own = (build.result_bank(slot, unit), *(("S",) if record.vector == "a" else ()))
+            vector = getattr(operation, record.vector) if record.vector else None
+            if isinstance(vector, Register) and vector.bank not in own:
+                raise DecodeError(f"operand {record.vector} of {record.name} is no vector")
         elif operation.c.bank not in ("zero", build.result_bank(slot, unit)):
             raise DecodeError(f"{record.name} adds a register of another bank")
         elif "lane" not in record.operands and operation.stream is None:

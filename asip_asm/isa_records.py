@@ -137,6 +137,13 @@ class OperationRecord:
         return "every" in self.control
 
     @property
+    def vector(self) -> str | None:
+        """The source field that must be a vector of the pipe: a limit applies to a, 2^n to b."""
+        if {"below", "above"} & set(self.control):
+            return "a"
+        return "b" if "power" in self.control else None
+
+    @property
     def writes(self) -> bool:
         """Whether the operation has a destination."""
         return "dst" in self.operands

@@ -201,6 +201,7 @@ class Operands:
         """
         operation, operands = step.operation, step.raw.operands
         pipe = operation.stream
+        vectors = {"a"} if pipe is not None else set()
         for kind in step.raw.record.sources:
             name, found = step.reads.get(kind), getattr(operation, kind)
             here = self.vectors.get(name) if name is not None else None
@@ -218,12 +219,21 @@ class Operands:
                     f"'{operands[kind].text}' is no vector of pipe {STREAM_PINS[pipe]}",
                     "write it in the pipe of the others",
                 )
-            pipe = here if here is not None else pipe
+            if here is not None:
+                pipe = here
+                vectors.add(kind)
         if pipe is None:
             raise SourceError(
                 operands["a"].place,
                 f"{step.raw.record.name} has no vector among its operands",
                 "write one before with vfmul or vfmadd",
+            )
+        needed = step.raw.record.vector
+        if needed is not None and needed not in vectors:
+            raise SourceError(
+                operands[needed].place,
+                f"operand {needed} of {step.raw.record.name} is no vector",
+                "vfmul v, W+, word makes a vector of a word with a stream of ones",
             )
         return pipe
 

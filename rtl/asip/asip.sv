@@ -68,9 +68,9 @@ module asip #(
   logic [15:0] pc_r1_q, pc_r2_q, pc_e1_q, pc_e2_q;
   logic [Slots*OpWidth-1:0] ops_r1_q, ops_r2_q, ops_e1_q;
   logic [Ports-1:0][31:0] early_r2, operand_e1;
-  asip_pkg::facts_t facts_c;  // of C's result
-  logic [Ports-1:0][3:0] early_facts_r2;  // facts_t each
+  logic [Ports-1:0][31:0] own_r2;  // of the slot's own bank or stream
   logic [Ports-1:0] late_r2;  // the operand is C's result
+  logic [Ports-1:0] fresh_r2;  // .. the slot's own
   asip_pkg::decoded_t aux_p, aux_d, aux_e1;
   logic address_fault;
   // ---- write-back
@@ -370,8 +370,9 @@ module asip #(
       .guard_i              (guard),
       .bad_constant_e1_o    (bad_constant_e1),
       .early_r2_o           (early_r2),
-      .facts_r2_o           (early_facts_r2),
       .late_r2_o            (late_r2),
+      .own_r2_o             (own_r2),
+      .fresh_r2_o           (fresh_r2),
       .operand_e1_o         (operand_e1)
   );
 
@@ -400,12 +401,13 @@ module asip #(
         asip_pkg::decoded_t op_r2, op_e1;
         logic [95:0] addend_r2;  // of the further lanes
         logic [31:0] addend_lanes_r2;
-        logic [2:0] own_r2;  // by operand
+        logic [2:0] vector_r2;  // by operand
         logic [31:0] a_r2, b_r2, c_r2;
         logic [31:0] factor_e1_q, addend_e1_q;  // operands b, c
         logic keep_r2, least_r2, keep_e1_q, least_e1_q;  // what the limit leaves of operand a
         logic [1:0] nan_r2, nan_e1_q;
-        asip_pkg::facts_t facts_r2;  // of operand a
+        asip_pkg::facts_t facts_r2;  // of operand a, a vector
+        logic [7:0] power_r2;  // of operand b, a vector
         localparam logic [2:0] Own = p == 0 ? asip_isa_pkg::BANK_A : asip_isa_pkg::BANK_B;
 
         assign op_r2                = ops_r2_q[OpWidth*p+:OpWidth];
@@ -413,17 +415,16 @@ module asip #(
         assign flags_lane[5*p*(Lanes+1)+:5] = '0;
         // A lane has words of its own for registers of the pipe's bank, in field c always, elsewhere if the
         // operation says so, and for the stream.
-        assign own_r2[0] = (op_r2.every && op_r2.a[8:6] == Own) || op_r2.a[8:6] == asip_isa_pkg::BANK_S;
-        assign own_r2[1] = op_r2.every && op_r2.b[8:6] == Own;
-        assign own_r2[2] = op_r2.c[8:6] == Own || op_r2.c[8:6] == asip_isa_pkg::BANK_ZERO;
+        assign vector_r2[0] = (op_r2.every && op_r2.a[8:6] == Own) || op_r2.a[8:6] == asip_isa_pkg::BANK_S;
+        assign vector_r2[1] = op_r2.every && op_r2.b[8:6] == Own;
+        assign vector_r2[2] = op_r2.c[8:6] == Own || op_r2.c[8:6] == asip_isa_pkg::BANK_ZERO;
 
         // Before the multiply-add `vbelow` and `vabove` limit operand a, and `vscale` makes 2^n of b, with n its lowest
-        // 8 bits. Each is decided for C's result and for what else the operand may be, side by side.
-        assign facts_r2 = early_facts_r2[3*p] | ({4{late_r2[3*p]}} & facts_c);
-
-        function automatic logic [31:0] factor(input logic [31:0] word, input logic power);
-          factor = power ? asip_pkg::power_of_two(word[7:0]) : word;
-        endfunction
+        // 8 bits. That operand is a vector, so of all results only the pipe's own can be it. What the limit asks is
+        // answered for the result and for what else the operand may be, side by side.
+        assign facts_r2 = asip_pkg::facts_of(own_r2[3*p]) |
+                          ({4{fresh_r2[3*p]}} & asip_pkg::facts_of(result[p]));
+        assign power_r2 = own_r2[3*p+1][7:0] | ({8{fresh_r2[3*p+1]}} & result[p][7:0]);
 
         asip_limit u_limit (
             .below_i(op_r2.below),
@@ -436,12 +437,12 @@ module asip #(
 
         always_ff @(posedge clk_i) begin
           {keep_e1_q, nan_e1_q, least_e1_q} <= {keep_r2, nan_r2, least_r2};
-          factor_e1_q <= b_r2;
+          factor_e1_q <= op_r2.power ? asip_pkg::power_of_two(power_r2) : b_r2;
           addend_e1_q <= op_r2.pick && (|op_r2.b[1:0]) ? addend_lanes_r2 : c_r2;
         end
 
         assign a_r2 = early_r2[3*p] | ({32{late_r2[3*p]}} & result[2]);
-        assign b_r2 = late_r2[3*p+1] ? factor(result[2], op_r2.power) : factor(early_r2[3*p+1], op_r2.power);
+        assign b_r2 = early_r2[3*p+1] | ({32{late_r2[3*p+1]}} & result[2]);
         assign c_r2 = early_r2[3*p+2] | ({32{late_r2[3*p+2]}} & result[2]);
 
         assign operand_units[3*p]   = asip_pkg::limited(operand_e1[3*p], keep_e1_q, nan_e1_q, least_e1_q);
@@ -468,10 +469,7 @@ module asip #(
                 .power_r2_i   (op_r2.power),
                 .below_r2_i   (op_r2.below),
                 .above_r2_i   (op_r2.above),
-                .own_r2_i     (own_r2),
-                .keep_r2_i    (keep_r2),
-                .nan_r2_i     (nan_r2),
-                .least_r2_i   (least_r2),
+                .own_r2_i     (vector_r2),
                 .operand_r2_i ({c_r2, b_r2, a_r2}),
                 .addend_r2_o  (addend_r2[32*(s-1)+:32]),
                 .start_e1_i   (valid_e1_q && op_e1.lanes && !op_e1.pick),
@@ -494,7 +492,7 @@ module asip #(
       logic unused_words;
       assign operand_units = operand_e1;
       assign flags_lanes   = '0;
-      assign unused_words  = ^{words_r1, facts_c};
+      assign unused_words  = ^words_r1;
     end
   endgenerate
 
@@ -513,7 +511,6 @@ module asip #(
       .operand_e1_i   (operand_units),
       .flags_lanes_i  (flags_lanes),
       .result_o       (result),
-      .facts_c_o      (facts_c),
       .flags_o        (flags),
       .address_fault_o(address_fault),
       .host_select_i  (host_select),
@@ -773,6 +770,6 @@ module asip #(
   assign trace_data_o  = result;
 
   logic unused_ops;
-  assign unused_ops = ^{ops_e1_q, early_r2, early_facts_r2, late_r2, decoded_p, decoded_q, decoded_d};
+  assign unused_ops = ^{ops_e1_q, early_r2, late_r2, own_r2, fresh_r2, decoded_p, decoded_q, decoded_d};
 
 endmodule

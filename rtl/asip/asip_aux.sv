@@ -19,7 +19,6 @@ module asip_aux #(
     output logic               address_fault_o,  // stage E2
     // to write-back
     output logic [31:0]        result_o,
-    output asip_pkg::facts_t   facts_o,          // of result_o
     output fp_pkg::flags_t     flags_o,
     // from and to the host
     input  logic               host_select_i,
@@ -151,13 +150,6 @@ module asip_aux #(
   assign result_o = ({32{div_valid}} & div_result) | ({32{cmp_valid}} & cmp_result) |
                     ({32{i2f_valid}} & i2f_result) | ({32{f2i_valid}} & f2i_result) |
                     ({32{sin_valid}} & sin_result) | ({32{load_valid}} & load_result);
-  // Not facts_of(result_o), which would come later.
-  assign facts_o = ({4{div_valid}} & asip_pkg::facts_of(div_result)) |
-                   ({4{cmp_valid}} & asip_pkg::facts_of(cmp_result)) |
-                   ({4{i2f_valid}} & asip_pkg::facts_of(i2f_result)) |
-                   ({4{f2i_valid}} & asip_pkg::facts_of(f2i_result)) |
-                   ({4{sin_valid}} & asip_pkg::facts_of(sin_result)) |
-                   ({4{load_valid}} & asip_pkg::facts_of(load_result));
   assign flags_o = ({5{div_valid}} & div_flags) | ({5{cmp_valid}} & cmp_flags) |
                    ({5{i2f_valid}} & i2f_flags) | ({5{f2i_valid}} & f2i_flags) |
                    ({5{sin_valid}} & sin_flags);

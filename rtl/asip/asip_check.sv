@@ -28,16 +28,19 @@ module asip_check #(
   endfunction
 
   // A vector operation multiplies words of its stream, and adds registers of its own bank, unless it takes every
-  // operand there is; field b of one that takes a lane is the lane.
+  // operand there is; of these a limit applies to a vector, as does the power of two. Field b of one that takes a lane is
+  // the lane.
   localparam logic [2:0] Own = Slot == 0 ? asip_isa_pkg::BANK_A : asip_isa_pkg::BANK_B;
   logic bad_b, bad_vector;
 
   generate
     if (Lanes != 0) begin : gen_vector
-      logic foreign, bad_lane;
+      logic foreign, streams, unlimited, unscaled, bad_lane;
       assign foreign    = op_i.c[8:6] != Own && op_i.c[8:6] != asip_isa_pkg::BANK_ZERO;
-      assign bad_vector = op_i.lanes && !op_i.every &&
-                          (foreign || (!op_i.pick && op_i.a[8:6] != asip_isa_pkg::BANK_S));
+      assign streams    = op_i.a[8:6] == asip_isa_pkg::BANK_S;
+      assign unlimited  = (op_i.below || op_i.above) && !streams && op_i.a[8:6] != Own;
+      assign unscaled   = op_i.power && op_i.b[8:6] != Own;
+      assign bad_vector = op_i.lanes && (op_i.every ? unlimited || unscaled : foreign || (!op_i.pick && !streams));
       assign bad_lane   = op_i.b[8:6] != asip_isa_pkg::BANK_ZERO || 32'(op_i.b[5:0]) > Lanes;
       assign bad_b      = op_i.pick ? bad_lane : bad_source(op_i.b);
     end else begin : gen_no_vector

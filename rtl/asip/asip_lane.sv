@@ -23,10 +23,7 @@ module asip_lane (
     input  logic                 below_r2_i,
     input  logic                 above_r2_i,
     input  logic [2:0]           own_r2_i,
-    // .. what its limit leaves of operand a, operands c, b, a
-    input  logic                 keep_r2_i,
-    input  logic [1:0]           nan_r2_i,
-    input  logic                 least_r2_i,
+    // .. its operands c, b, a
     input  logic [2:0][31:0]     operand_r2_i,
     // to the pipe, R2
     output logic [31:0]          addend_r2_o,
@@ -48,9 +45,7 @@ module asip_lane (
   logic keep_r2, least_r2, keep_e1_q, least_e1_q;
   logic [1:0] nan_r2;
   logic [2:0][31:0] pipe_e1_q;  // the pipe's operands
-  logic pipe_keep_e1_q, pipe_least_e1_q;  // zero for a word of the lane's own, as is pipe_nan_e1_q
-  logic [1:0] pipe_nan_e1_q;
-  logic [1:0] own_e1_q;  // operands c, b
+  logic [2:0] own_e1_q;  // by operand
   logic [1:0] kind_e1_q;
   logic [31:0] last_q, result, a_e1, b_e1, c_e1;
   fp_pkg::flags_t flags;
@@ -123,24 +118,21 @@ module asip_lane (
 
   always_ff @(posedge clk_i) begin
     kind_e1_q  <= kind_r2_i;
-    own_e1_q   <= own_r2_i[2:1];
+    own_e1_q   <= own_r2_i;
     keep_e1_q  <= own_r2_i[0] && (keep_r2 || (&nan_r2));
     least_e1_q <= own_r2_i[0] && least_r2;
     word_e1_q  <= word_r2;
     if (power_r2_i) word_e1_q[1] <= asip_pkg::power_of_two(word_r2[1][7:0]);
     pipe_e1_q <= operand_r2_i;
-    // A synchronous reset instead of a gate: the pipe's flags come late.
-    if (own_r2_i[0]) {pipe_keep_e1_q, pipe_nan_e1_q, pipe_least_e1_q} <= '0;
-    else {pipe_keep_e1_q, pipe_nan_e1_q, pipe_least_e1_q} <= {keep_r2_i, nan_r2_i, least_r2_i};
   end
 
   always_comb begin
     a_e1 = asip_pkg::limited(word_e1_q[0], keep_e1_q, 2'b00, least_e1_q);  // one of the two is zero
-    a_e1 = a_e1 | asip_pkg::limited(pipe_e1_q[0], pipe_keep_e1_q, pipe_nan_e1_q, pipe_least_e1_q);
+    a_e1 = a_e1 | ({32{!own_e1_q[0]}} & pipe_e1_q[0]);
   end
 
-  assign b_e1 = own_e1_q[0] ? word_e1_q[1] : pipe_e1_q[1];
-  assign c_e1 = own_e1_q[1] ? word_e1_q[2] : pipe_e1_q[2];
+  assign b_e1 = own_e1_q[1] ? word_e1_q[1] : pipe_e1_q[1];
+  assign c_e1 = own_e1_q[2] ? word_e1_q[2] : pipe_e1_q[2];
 
   fp_fma u_fma (
       .clk_i,

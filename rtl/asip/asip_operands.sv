@@ -2,7 +2,8 @@
 // asip_operands: register banks, constant bank, bypass and operand registers (stages R1, R2).
 // Contract: the source fields of stage D, three cycles later, are values in the operand registers (E1);
 // early_r2_o are the same values a cycle before, apart from those that late_r2_o marks: these are C's result, which
-// comes later in the cycle, and early_r2_o is zero. facts_r2_o are the facts of early_r2_o.
+// comes later in the cycle, and early_r2_o is zero. For a source in its slot's own bank, or the word of its stream,
+// own_r2_o is early_r2_o without a result that is in write-back, and fresh_r2_o marks that there is one.
 // The banks are read at the end of D, R1 takes what they answer, R2 selects. A result in write-back
 // during D, R1 or R2 comes from the bypass instead, decided in D from places 0, 1 and 2 of the write
 // schedules. While idle the host reads a register through the first source of the last slot, and
@@ -39,8 +40,9 @@ module asip_operands #(
     output logic                       bad_constant_e1_o,
     // to the units, stages R2 and E1
     output logic [Ports-1:0][31:0]     early_r2_o,
-    output logic [Ports-1:0][3:0]      facts_r2_o,  // facts_t each
     output logic [Ports-1:0]           late_r2_o,
+    output logic [Ports-1:0][31:0]     own_r2_o,
+    output logic [Ports-1:0]           fresh_r2_o,
     output logic [Ports-1:0][31:0]     operand_e1_o
 );
 

@@ -34,8 +34,9 @@ module asip_operands_multiple #(
     output logic                       bad_constant_e1_o,
     // to the units, stages R2 and E1
     output logic [Ports-1:0][31:0]     early_r2_o,
-    output logic [Ports-1:0][3:0]      facts_r2_o,  // facts_t each
     output logic [Ports-1:0]           late_r2_o,
+    output logic [Ports-1:0][31:0]     own_r2_o,
+    output logic [Ports-1:0]           fresh_r2_o,
     output logic [Ports-1:0][31:0]     operand_e1_o
 );
 
@@ -167,12 +168,18 @@ module asip_operands_multiple #(
       assign early_r2[p] = held_r2[p] | ({32{soon_r2_q[p][0]}} & write_data_i[0]) |
                            ({32{soon_r2_q[p][1]}} & write_data_i[1]);
 
-      // Not facts_of(early_r2), which would come later.
-      assign facts_r2_o[p] = asip_pkg::facts_of(held_r2[p]) |
-                             ({4{soon_r2_q[p][0]}} & asip_pkg::facts_of(write_data_i[0])) |
-                             ({4{soon_r2_q[p][1]}} & asip_pkg::facts_of(write_data_i[1]));
-
       assign late_r2_o[p] = soon_r2_q[p][2];
+
+      if (p < 3) begin : gen_own_a
+        assign own_r2_o[p]   = ({32{take_r2_q[p][0]}} & read_a_r2_q[p]) | bypass_r2_q[p];
+        assign fresh_r2_o[p] = soon_r2_q[p][0];
+      end else if (p < 3 * FmaPipes) begin : gen_own_b
+        assign own_r2_o[p]   = ({32{take_r2_q[p][1]}} & read_b_r2_q[p]) | bypass_r2_q[p];
+        assign fresh_r2_o[p] = soon_r2_q[p][1];
+      end else begin : gen_own_c
+        assign own_r2_o[p]   = ({32{take_r2_q[p][2]}} & read_c_r2_q[p]) | bypass_r2_q[p];
+        assign fresh_r2_o[p] = soon_r2_q[p][2];
+      end
 
       assign index_bank[p] = BankWidth'(guard_i.copy ? {guard_i.copy_from, guard_i.copy_read} :
                                       {guard_i.page, source[5:0]});

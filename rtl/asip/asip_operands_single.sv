@@ -28,8 +28,9 @@ module asip_operands_single (
     output logic                 bad_constant_e1_o,
     // to the units, stages R2 and E1
     output logic [2:0][31:0] early_r2_o,
-    output logic [2:0][3:0]  facts_r2_o,
     output logic [2:0]       late_r2_o,
+    output logic [2:0][31:0] own_r2_o,
+    output logic [2:0]       fresh_r2_o,
     output logic [2:0][31:0] operand_e1_o
 );
 
@@ -128,8 +129,9 @@ module asip_operands_single (
   );
 
   assign early_r2_o   = operand_r2;
-  assign facts_r2_o   = '0;  // for lanes, which this core has not
   assign late_r2_o    = '0;
+  assign own_r2_o     = '0;  // for lanes, which this core has not
+  assign fresh_r2_o   = '0;
   assign operand_e1_o = operand_e1_q;
 
   logic unused_b;

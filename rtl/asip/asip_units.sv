@@ -18,7 +18,6 @@ module asip_units #(
     input  fp_pkg::flags_t                           flags_lanes_i,
     // to write-back and control
     output logic [2:0][31:0]                         result_o,
-    output asip_pkg::facts_t                         facts_c_o,        // of C's result
     output fp_pkg::flags_t                           flags_o,
     output logic                                     address_fault_o,  // stage E2
     // from and to the host
@@ -87,7 +86,6 @@ module asip_units #(
       .c_i           (operand_e1_i[Ports-1]),
       .address_fault_o,
       .result_o      (result_aux),
-      .facts_o       (facts_c_o),
       .flags_o       (flags_aux),
       .host_select_i,
       .host_write_i  (host_data_i),

@@ -124,8 +124,10 @@ class Writer:
             return f"vout {dst}, {self.source()}, {self.rng.choice(known)}, {lane}"
         if known and self.rng.random() < 0.5:
             mnemonic = self.rng.choice(EVERY)
-            names = [self.operand(known) for _ in ISA.operations[mnemonic].sources]
-            names[self.rng.randrange(len(names))] = self.rng.choice(known)
+            record = ISA.operations[mnemonic]
+            names = [self.operand(known) for _ in record.sources]
+            vector = self.rng.choice(record.sources) if record.vector is None else record.vector
+            names[record.sources.index(vector)] = self.rng.choice(known)
             self.vectors[bank].add(dst)
             return f"{mnemonic} {dst}, {', '.join(names)}"
         if self.places.get(pin, STREAM_WORDS) == STREAM_WORDS:

@@ -15,6 +15,7 @@ from asip_asm.diagnostics import AssemblyError
 from asip_asm.disassemble import disassemble
 from asip_asm.gen.asip_regmap import REGMAP
 from asip_asm.image import Image, ImageError, StreamEntry
+from asip_asm.isa import STREAM_BITS
 from sim.rtl.asip_bus import CSR
 from tests.asip import core_bench as bench
 from tests.asip.core_bench import HALT, ISA, op
@@ -73,7 +74,6 @@ def test_vector__read_at_any_distance_from_its_write__every_lane(pipe, gap):
 
 OPERANDS = """\
 .const least = -40, pin k3
-.const power = 12582913, pin k4
 .vectors N{pin}, pin {pin} = 1, -2, -40, 5, 12582912, 12582913, 12582917, 12582910
 """
 
@@ -90,11 +90,9 @@ OPERANDS = """\
         ("vbelow {0}4, {0}1, {0}1", (0, 4, 1280, 0)),
         ("vabove {0}4, {0}1, k2, {0}1", (3, -2, -40, 15)),
         # One operand of the pipe for every lane.
-        ("vbelow {0}4, k3, {0}1", (-32, 64, 1280, -160)),
-        ("vbelow {0}4, k2, {0}1", (0, 0, 0, 0)),
-        ("vabove {0}4, k3, {0}1, k1", (1, 1, 1, 1)),
-        ("vabove {0}4, k2, {0}1, k1", (3, -3, -79, 11)),
-        ("vscale {0}4, {0}1, k4, k1", (3, -3, -79, 11)),
+        ("vmadd {0}4, k3, {0}1, k1", (-39, 81, 1601, -199)),
+        ("vbelow {0}4, {0}1, k3", (0, 80, 1280, 0)),
+        ("vabove {0}4, {0}1, k2, k3", (-38, -40, -40, -30)),
         ("vscale {0}4, k2, {0}2, k1", (3, 5, 65, 1.5)),
     ],
 )
@@ -111,24 +109,23 @@ INFINITIES = (0x7F800000, 0xFF800000, 0x7F7FFFFF, 0xC2000001)
 
 
 def limited(name: str, source: str, words: tuple[int, ...]) -> list[str]:
-    """Lanes of `vbelow` or `vabove` times 1: of the words of a stream or of the constant k1."""
+    """Lanes of `vbelow` or `vabove` times 1, of the words of a stream or of a vector of them."""
     texts = [f"{bits:08x}" for bits in words]
     stream = StreamEntry("s", "A", 0, texts[:1], [[word] for word in texts[1:]])
     addend = ["zero"] if name == "vabove" else []
-    bundles = [(op("seek", imm=0),), (op(name, "a1", source, "k0", *addend),)]
+    bundles = [(op("seek", imm=0),), (op(name, "a1", "s0", "k0", *addend),)]
+    if source != "s0":
+        bundles = [(op("seek", imm=0),), (op("vmadd", source, "s0", "k0", "zero"),)]
+        bundles += [(op(name, "a1", source, "k0", *addend),)]
     bundles += [(op("vout", f"a{10 + n}", "zero", "a1", imm=n, pipe=0),) for n in range(LANES)]
-    constants = {"k0": ONE, "k1": words[0]}
-    return lanes(
-        bench.verify(bench.image("wide", [*bundles, HALT], constants, outputs=0, streams=[stream])),
-        "a",
-    )
+    image = bench.image("wide", [*bundles, HALT], {"k0": ONE}, outputs=0, streams=[stream])
+    return lanes(bench.verify(image), "a")
 
 
 @pytest.mark.parametrize("name", ["vbelow", "vabove"])
 def test_not_a_number__stays_one_in_every_lane(name):
-    assert limited(name, "s0", NOT_NUMBERS) == ["7fc00000"] * 4
-    for word in NOT_NUMBERS:
-        assert limited(name, "k1", (word, ONE, ONE, ONE)) == ["7fc00000"] * 4
+    for source in ("s0", "a2"):
+        assert limited(name, source, NOT_NUMBERS) == ["7fc00000"] * 4
 
 
 @pytest.mark.parametrize(
@@ -139,39 +136,43 @@ def test_not_a_number__stays_one_in_every_lane(name):
     ],
 )
 def test_infinity_and_what_is_just_beyond_a_limit__every_lane(name, want):
-    assert limited(name, "s0", INFINITIES) == list(want)
-    for word, alone in zip(INFINITIES, want, strict=True):
-        assert limited(name, "k1", (word, ONE, ONE, ONE)) == [alone] * 4
+    for source in ("s0", "a2"):
+        assert limited(name, source, INFINITIES) == list(want)
 
 
-# Results of every unit of bank C, of 0, -40, 3, a signalling NaN, and the integers -33 and 7.
-NAMED = (ONE, 0, 0xC2200000, 0x40400000, 0xFFBFFFFF, 0xFFFFFFDF, 7)
-LOADED = (0xC2000001, 0x7F800001, 0xFF800000, 0x41FFFFFF, 0xC1FFFFFF, 0x80000000)
-RESULTS = [
-    *(op(name, "c1", "k2", "k3") for name in ("fdiv", "fmin", "fmax")),
-    *(op("fdiv", "c1", source, "k1") for source in ("k1", "k3")),
-    *(op(name, "c1", "k2") for name in ("fsqrt", "f2i", "fsin")),
-    *(op(name, "c1", "k3") for name in ("f2i", "fcos")),
-    *(op("i2f", "c1", source) for source in ("k5", "k6")),
-    op("sel", "c1", "k3", "k2", "k4"),
-    *(op("ld", "c1", "zero", imm=address) for address in range(len(LOADED))),
-]
-READERS = (("vbelow", "c1", "k0"), ("vabove", "c1", "k0", "k0"), ("vscale", "k0", "c1", "k0"))
+# By vector: numbers on both sides of each limit, signed zeros, words that are not finite, sums of
+# `vscale`.
+EXTREMES = (
+    (0x00000000, 0xC2200000, 0x40400000, 0x80000000),
+    (0xC2000001, 0x41FFFFFF, 0xC1FFFFFF, 0xC2000000),
+    (0xFFBFFFFF, 0x7F800001, 0xFF800000, 0x7F800000),
+    (0x4B400001, 0x4B40007F, 0x4B3FFF82, 0x4B400000),
+)
+READERS = (("vbelow", "{0}1", "k0"), ("vabove", "{0}1", "k0", "k0"), ("vscale", "k0", "{0}1", "k0"))
 
 
 @pytest.mark.parametrize("pipe", "ab")
-@pytest.mark.parametrize("gap", range(3))
-def test_limit_and_power_of_a_result_of_bank_c__taken_from_its_unit_or_later(pipe, gap):
+@pytest.mark.parametrize("gap", range(12))
+def test_limit_and_power_of_a_vector__at_any_distance_from_its_write(pipe, gap):
+    number = "ab".index(pipe)
     bundles: list[bench.Item] = []
-    for result in RESULTS:
-        for name, *operands in READERS:
-            bundles += [(result,), *[bench.EMPTY] * gap, (op(name, f"{pipe}1", *operands),)]
+    for name, *operands in READERS:
+        texts = [text.format(pipe) for text in operands]
+        bundles.append((op("seek", imm=number << STREAM_BITS),))
+        for _ in EXTREMES:
             bundles += [
-                (op("vout", f"{pipe}{10 + n}", "zero", f"{pipe}1", imm=n, pipe="ab".index(pipe)),)
+                (op("vmadd", f"{pipe}1", f"s{number}", "k0", "zero"),),
+                *[bench.EMPTY] * gap,
+            ]
+            bundles.append((op(name, f"{pipe}2", *texts),))
+            bundles += [
+                (op("vout", f"{pipe}{10 + n}", "zero", f"{pipe}2", imm=n, pipe=number),)
                 for n in range(LANES)
             ]
-    constants = {f"k{n}": word for n, word in enumerate(NAMED)}
-    bench.verify(bench.image("wide", [*bundles, HALT], constants, data=LOADED, outputs=0))
+    words = [[f"{vector[n]:08x}" for vector in EXTREMES] for n in range(LANES)]
+    stream = StreamEntry("s", pipe.upper(), 0, words[0], words[1:])
+    image = bench.image("wide", [*bundles, HALT], {"k0": ONE}, outputs=0, streams=[stream])
+    bench.verify(image)
 
 
 @pytest.mark.parametrize("pipe", "ab")
@@ -253,6 +254,12 @@ def test_memory__pages_of_every_lane_and_pipe():
         op("vout", "a1", "k0", "b1", imm=1),
         op("vout", "a1", "k0", "a1", imm=LANES),
         op("vout", "a1", "k0", "k1", imm=1),
+        op("vbelow", "a1", "k0", "a1"),
+        op("vbelow", "b1", "a1", "b1"),
+        op("vabove", "a1", "c1", "a1", "a1"),
+        op("vabove", "a1", "zero", "a1", "a1"),
+        op("vscale", "a1", "a1", "k0", "a1"),
+        op("vscale", "b1", "b1", "c1", "b1"),
     ],
     ids=lambda o: f"{o.mnemonic} {o.a} {o.c} {o.imm}",
 )

@@ -20,6 +20,9 @@
         vfmul   e, W+, x ; error: export 'e' is one word => export its lanes
         fadd    u, s, x ; error: 's' is a vector, fadd reads one word => take a lane of it: vout word, zero, s, 0
         fadd    s, x, x ; error: 's' is a vector already
+        vbelow  w, 1.5, s ; error: operand a of vbelow is no vector => vfmul v, W+, word makes a vector of a word with a stream of ones
+        vabove  w, x, s, s ; error: operand a of vabove is no vector => vfmul v, W+, word makes a vector of a word with a stream of ones
+        vscale  w, s, x, s ; error: operand b of vscale is no vector => vfmul v, W+, word makes a vector of a word with a stream of ones
         vout    v, x, u, 1 ; error: 'u' is no vector => write it before with vfmul or vfmadd
         vout    v, x, s, 4 ; error: there is no lane 4 => lanes are 0..3
         vout    v, x, s, 3

@@ -120,6 +120,8 @@ def test_every_operation__legal_fields__decode_and_encode_to_the_same_word(recor
             operation.a = Register("B", 10)
         if "c" not in record.operands:
             operation.c = ZERO
+        if record.vector == "b":
+            operation.b = Register("A", 11)
     if record.writes:
         operation.dst = Register("A" if slot == 0 else "C", 33)
     if record.immediate_high:
@@ -156,6 +158,9 @@ def test_every_operation__legal_fields__decode_and_encode_to_the_same_word(recor
         (0b100111 << 34 | 5, 2, "fast", "mov has bits set in its unused field c"),
         (0b110111 << 34 | 1 << 26, 2, "fast", "ld has reserved bits set"),
         (0b100111 << 34 | 0b010000000 << 18, 0, "small", "configuration 'small' has no bank B"),
+        (0b011101 << 34 | 0b100000000 << 18, 0, "wide", "operand a of vbelow is no vector"),
+        (0b011110 << 34 | 0b010000000 << 18, 0, "wide", "operand a of vabove is no vector"),
+        (0b011100 << 34 | 0b011000000 << 9, 1, "wide", "operand b of vscale is no vector"),
     ],
 )
 def test_illegal_word__is_refused_with_the_reason(

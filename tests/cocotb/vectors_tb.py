@@ -21,7 +21,7 @@ from tests.cocotb.states_tb import DISTANCES, constants, started
 
 LANES = 1 + default_isa().configurations["wide"].lanes
 VECTORS = 16  # of the stream
-POWER = 0x4B400001  # 1.5 * 2^23 + 1: n = 1 of `vscale`, register k7
+POWER = 0x4B400001  # 1.5 * 2^23 + 1: n = 1 of `vscale`, register k7, in all lanes of a6
 Lanes = golden.Bits
 
 
@@ -48,7 +48,7 @@ CONSUMERS: dict[str, tuple[tuple[str, ...], Callable[[Lanes, Lanes], Lanes]]] = 
     "vfmadd": (("s0", "k1", "a5"), lambda v, s: golden.fma(s, same(K[1]), v)[0]),
     "vout": (("zero", "a5"), lambda v, s: same(v[-1])),
     "vmadd": (("a5", "a5", "a5"), lambda v, s: golden.fma(v, v, v)[0]),
-    "vscale": (("a5", "k7", "a5"), lambda v, s: golden.fma(v, same(TWO), v)[0]),
+    "vscale": (("a5", "a6", "a5"), lambda v, s: golden.fma(v, same(TWO), v)[0]),
     "vbelow": (("a5", "a5"), lambda v, s: golden.mul(below(v), v)[0]),
     "vabove": (("a5", "a5", "a5"), lambda v, s: golden.fma(above(v), v, v)[0]),
 }
@@ -66,7 +66,7 @@ async def hazard__operand_of_every_vector_operation__is_the_last_one_written(dut
     texts = [[f"{word:08x}" for word in words[:, lane]] for lane in range(LANES)]
     stream = StreamEntry("s", "A", 0, texts[0], texts[1:])
     following = iter(words)
-    bundles: list = [op("seek", imm=0)]
+    bundles: list = [op("vmadd", "a6", "s0", "zero", "k7"), op("seek", imm=0)]
     want, pairs = {}, []
     for turn, (name, (operands, model)) in enumerate(CONSUMERS.items()):
         factor = (1, 3)[turn & 1]

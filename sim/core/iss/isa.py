@@ -125,6 +125,10 @@ def decode_operation(word: int, slot: int, configuration: str) -> Decoded | None
             imm = _field(word, "b")
         elif sources[0] != S_BASE + slot and not record.every:
             raise IllegalOperation(f"slot {slot}: {mnemonic} of no word of the stream")
+        if record.vector is not None:
+            vectors = (own, BANK_CODE["S"]) if record.vector == "a" else (own,)
+            if _field(word, record.vector) // BANK_WORDS not in vectors:
+                raise IllegalOperation(f"slot {slot}: operand {record.vector} is no vector")
     return Decoded(mnemonic, sources, dst, output, imm)
 
 
