@@ -7,6 +7,7 @@ import multiprocessing
 import os
 import signal
 import subprocess
+import sys
 import threading
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -38,6 +39,18 @@ def _begin() -> None:
     end_with_parent()
 
 
+def kill_workers(pool: ProcessPoolExecutor) -> None:
+    """End the workers in the middle of their tasks; `shutdown` of the pool returns afterwards.
+
+    Before Python 3.11.5 the writer of the pool's queue would wait forever for a reader if a task
+    does not fit into the pipe, so the reading end is closed here (CPython issue 94777).
+    """
+    for process in list((pool._processes or {}).values()):
+        process.kill()
+    if sys.version_info < (3, 11, 5) and (queue := getattr(pool, "_call_queue", None)) is not None:
+        queue._reader.close()
+
+
 @contextmanager
 def processes(jobs: int) -> Iterator[ProcessPoolExecutor]:
     """Processes that share nothing with this one: a copy of it would wait for ever for the threads
@@ -49,8 +62,7 @@ def processes(jobs: int) -> Iterator[ProcessPoolExecutor]:
     try:
         yield pool
     except BaseException:
-        for process in list((pool._processes or {}).values()):
-            process.kill()
+        kill_workers(pool)
         raise
     finally:
         pool.shutdown(wait=True, cancel_futures=True)

@@ -19,7 +19,7 @@ from queue import Empty
 from typing import Any
 
 from sim.bench.run.progress import TickProgress
-from sim.rtl.processes import end_with_parent
+from sim.rtl.processes import end_with_parent, kill_workers
 
 PROCESSES = 2
 
@@ -50,7 +50,6 @@ class Workers:
 
     def __init__(self, bars: TickProgress) -> None:
         self._bars = bars
-        self._others = set(multiprocessing.active_children())  # not ours to end
         self._reports: Queue[tuple[str, int]] = multiprocessing.Queue()
         begin = partial(_begin, self._reports)
         self._pool = ProcessPoolExecutor(PROCESSES, initializer=begin)
@@ -62,8 +61,7 @@ class Workers:
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         if kind is not None:
-            for process in set(multiprocessing.active_children()) - self._others:
-                process.kill()
+            kill_workers(self._pool)
         self._pool.shutdown(wait=True, cancel_futures=True)
 
     def submit(self, name: str, ticks: int, function: Callable, *arguments: Any) -> Future:
