@@ -5,7 +5,7 @@ Icarus simulates with four states: the monitor and the driver refuse an X on any
 """
 
 from asip_asm.isa import default_isa
-from tests.cocotb import asip_tb, states_tb, vectors_tb
+from tests.cocotb import asip_tb, states_tb, stream_tb, vectors_tb
 from tests.cocotb.bench import Run, one_test_each
 
 SHAPES = {
@@ -15,9 +15,11 @@ IN_ICARUS = "^(states__|fault__output_that|fault__illegal|host__interrupts)"
 
 RUNS = {name: Run("asip", asip_tb, "", shape) for name, shape in SHAPES.items()}
 RUNS |= {f"{name}-states": Run("asip", states_tb, "", shape) for name, shape in SHAPES.items()}
+SIZES = {"Words": stream_tb.WORDS, "Lanes": stream_tb.LANES - 1}
+RUNS["stream"] = Run("asip_stream", stream_tb, "", SIZES)
 RUNS["wide-vectors"] = Run("asip", vectors_tb, "", default_isa().configurations["wide"].parameters)
 
 test_scenario = one_test_each(
     RUNS | {"icarus": Run("asip", asip_tb, IN_ICARUS, SHAPES["fast"], "icarus")},
-    quick=("fast-*", "icarus-*"),
+    quick=("fast-*", "icarus-*", "stream-*"),
 )

@@ -11,21 +11,33 @@ module asip_stream_sva #(
     input logic seek_i,
     input logic [14:0] seek_address_i,
     input logic [Lanes:0] write_q,
-    input logic advance_i,
     input logic [AddressWidth-1:0] pointer_q,
-    input logic [AddressWidth-1:0] ahead_q
+    input logic [AddressWidth-1:0] read_q,
+    input logic fresh_r1_q
 );
 
   HostIdle : assert property (@(posedge clk_i) disable iff (!rst_ni)
       |write_q |-> !take_i && !seek_i)
   else $error("the host writes a stream that a run reads");
 
-  logic [AddressWidth-1:0] read_q;  // address of the word that the bundle in D may take
+  logic [AddressWidth-1:0] at_d, at_q, at_held, at_r1;  // addresses of word_d, word_q, held_q, word_r1_o
 
-  always_ff @(posedge clk_i) read_q <= advance_i ? ahead_q : pointer_q;
+  assign at_r1 = fresh_r1_q ? at_q : at_held;
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      at_d    <= '0;
+      at_q    <= '0;
+      at_held <= '0;
+    end else begin
+      at_d    <= read_q;
+      at_q    <= at_d;
+      at_held <= at_r1;
+    end
+  end
 
   ReadAhead : assert property (@(posedge clk_i) disable iff (!rst_ni)
-      take_i |-> read_q == pointer_q)
+      take_i |=> at_r1 == $past(pointer_q))
   else $error("the word read for the bundle in Q is not the one that it takes in D");
 
   Written : assert property (@(posedge clk_i) disable iff (!rst_ni)
