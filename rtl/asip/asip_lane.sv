@@ -4,7 +4,7 @@
 // operand, this lane's own word: the register of the same index, `zero` among them, or for the first operand the lane's
 // word of the stream. The other operands are the pipe's, with registers in each lane: the wires from the pipe take a
 // part of R2 and a part of E1. Writes are those of the pipe's bank that a vector operation makes. addend_r2_o is the
-// register that the bundle names as addend.
+// register that the bundle names as addend. flags_o come a clock after their result, which is before the end of a run.
 module asip_lane (
     input  logic                 clk_i,
     input  logic                 rst_ni,
@@ -48,7 +48,7 @@ module asip_lane (
   logic [2:0] own_e1_q;  // by operand
   logic [1:0] kind_e1_q;
   logic [31:0] last_q, result, a_e1, b_e1, c_e1;
-  fp_pkg::flags_t flags;
+  fp_pkg::flags_t flags, flags_q;
 
   assign stream_d = source_d_i[0][8:6] == asip_isa_pkg::BANK_S;
 
@@ -66,10 +66,12 @@ module asip_lane (
     if (!rst_ni) begin
       vector_q <= '0;
       write_q  <= 1'b0;
+      flags_q  <= '0;
     end else begin
       vector_q <= {vector_q[Latency-2:0], start_e1_i};
       // A write by another operation of the pipe leaves this lane as it is.
       write_q  <= next_i && vector_q[Latency-2];
+      flags_q  <= valid ? flags : '0;
     end
   end
 
@@ -150,6 +152,6 @@ module asip_lane (
   );
 
   assign addend_r2_o = word_r2[2];
-  assign flags_o     = valid ? flags : '0;
+  assign flags_o     = flags_q;
 
 endmodule

@@ -208,9 +208,11 @@ def test_addend_zero__is_zero_in_every_lane():
 
 def test_flags__of_one_lane_alone__are_those_of_the_run():
     head = ".vectors Z, pin A = 1, 1, 1, 3e38"
-    image = program("{ seek Z }", "{ vfmul a1, A+, k2 }", head=head)
-    got = bench.verify(image)
-    assert got.flags == bench.iss_run(image)[1].flags != 0
+    rows = [".config wide", ".const two = 2.0, pin k2", head, "{ seek Z }"]
+    for last in ("{ vfmul a1, A+, k2 }\n{ nop } halt\n", "{ vfmul a1, A+, k2 } halt\n"):
+        image = bench.assembled("\n".join([*rows, last]))
+        got = bench.verify(image)
+        assert got.flags == bench.iss_run(image)[1].flags != 0
 
 
 def test_memory__pages_of_every_lane_and_pipe():
