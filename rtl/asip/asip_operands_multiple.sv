@@ -2,7 +2,8 @@
 // asip_operands_multiple: asip_operands for several slots, each bank a memory of its own.
 // Contract: that of asip_operands, cycle by cycle. Stage R2 is an OR of what each source gives, with a register for each
 // select: a source that is not selected gives zero. Without Resilience a word of the host passes a register on its way to
-// the banks, whose copies are far apart: the host's next read of a bank waits a cycle (asip_host).
+// the banks, whose copies are far apart: the host's next read of a bank waits a cycle (asip_host). Bank K, which no
+// result is written to, then shares the memories of bank A: a port reads one of the two, at the low bits of its source.
 module asip_operands_multiple #(
     parameter int unsigned FmaPipes   = 2,
     parameter int unsigned Ports      = 9,
@@ -45,9 +46,14 @@ module asip_operands_multiple #(
   // With redundancy a bank has four pages, of which three are used, and a word of bank K a parity bit.
   localparam int unsigned BankWidth = Resilience != 0 ? 8 : 6;
   localparam int unsigned WordWidth = Resilience != 0 ? 33 : 32;
+  localparam bit SharedK = Resilience == 0;
+  localparam int unsigned WidthA = SharedK ? 8 : BankWidth;
 
   logic [Ports-1:0][6:0] index_k;
   logic [Ports-1:0][BankWidth-1:0] index_bank;
+  logic [Ports-1:0][WidthA-1:0] index_a;
+  logic [WidthA-1:0] write_index_a;
+  logic write_a;
   logic [2:0][BankWidth-1:0] bank_index;  // of a write
   logic [2:0][31:0] bank_word;
   logic [2:0] bank_write;
@@ -114,7 +120,7 @@ module asip_operands_multiple #(
       logic [8:0] source;
       logic [2:0] in_bank, soon, next, now;
       logic [3:0] take_r1;
-      logic bypassed_r1;
+      logic bypassed_r1, of_k_r1;
       logic [31:0] bypass_r1;
 
       if (p == HostPort) begin : gen_host
@@ -135,10 +141,11 @@ module asip_operands_multiple #(
       // R1: what was or is written back goes to the bypass register, as does a word of a stream. Nothing reads a word of
       // bank K during a sweep but the check of its parity.
       assign bypassed_r1 = (|soon_r1_q[p]) || (|next_r1_q[p]) || (|now_r1_q[p]);
-      assign take_r1[0]  = bank_r1_q[p] == asip_isa_pkg::BANK_A && !bypassed_r1;
+      assign take_r1[0]  = (bank_r1_q[p] == asip_isa_pkg::BANK_A && !bypassed_r1) || (SharedK && of_k_r1);
       assign take_r1[1]  = bank_r1_q[p] == asip_isa_pkg::BANK_B && !bypassed_r1;
       assign take_r1[2]  = bank_r1_q[p] == asip_isa_pkg::BANK_C && !bypassed_r1;
-      assign take_r1[3]  = bank_r1_q[p][2:1] == asip_isa_pkg::BANK_K[2:1] || sweep_r1;
+      assign take_r1[3]  = !SharedK && (of_k_r1 || sweep_r1);
+      assign of_k_r1     = bank_r1_q[p][2:1] == asip_isa_pkg::BANK_K[2:1];
 
       always_comb begin
         bypass_r1 = stream_r1[p];
@@ -204,15 +211,32 @@ module asip_operands_multiple #(
 
   always_ff @(posedge clk_i) last_data_q <= write_data_i;
 
+  generate
+    if (SharedK) begin : gen_shared
+      // A source in bank A or K without the two bits in which their codes are alike.
+      for (p = 0; p < Ports; p++) begin : gen_index
+        assign index_a[p] = p == HostPort && host_read_i ? {host_register_i[8], host_register_i[6:0]} :
+                            {source_d_i[p][8], source_d_i[p][6:0]};
+      end
+      assign write_a       = bank_write[0] || host_strobe[3];
+      assign write_index_a = write_i[0] ? {2'b01, write_index_i[0]} :
+                             {host_strobe[3], host_index[6] || !host_strobe[3], host_index[5:0]};
+    end else begin : gen_apart
+      assign index_a       = index_bank;
+      assign write_a       = bank_write[0];
+      assign write_index_a = bank_index[0];
+    end
+  endgenerate
+
   asip_regbank #(
-      .IndexWidth(BankWidth),
+      .IndexWidth(WidthA),
       .ReadPorts (Ports)
   ) u_bank_a (
       .clk_i,
-      .write_i      (bank_write[0]),
-      .write_index_i(bank_index[0]),
+      .write_i      (write_a),
+      .write_index_i(write_index_a),
       .write_data_i (bank_word[0]),
-      .read_index_i (index_bank),
+      .read_index_i (index_a),
       .read_data_o  (read_a)
   );
 
@@ -248,20 +272,25 @@ module asip_operands_multiple #(
       .read_data_o  (read_c)
   );
 
-  asip_regbank #(
-      .IndexWidth(7),
-      .Width     (WordWidth),
-      .ReadPorts (Ports)
-  ) u_bank_k (
-      .clk_i,
-      .write_i      (host_strobe[3]),
-      .write_index_i(host_index),
-      .write_data_i (WordWidth'({^host_word, host_word})),
-      .read_index_i (index_k),
-      .read_data_o  (read_k_word)
-  );
-
   generate
+    if (SharedK) begin : gen_no_bank_k
+      logic unused_k;
+      assign read_k_word = '0;
+      assign unused_k    = ^{index_k, bank_index[0]};
+    end else begin : gen_bank_k
+      asip_regbank #(
+          .IndexWidth(7),
+          .Width     (WordWidth),
+          .ReadPorts (Ports)
+      ) u_bank_k (
+          .clk_i,
+          .write_i      (host_strobe[3]),
+          .write_index_i(host_index),
+          .write_data_i (WordWidth'({^host_word, host_word})),
+          .read_index_i (index_k),
+          .read_data_o  (read_k_word)
+      );
+    end
     if (Resilience != 0) begin : gen_parity
       logic [Ports-1:0] parity_r2_q, bad_r2;
       logic bad_e1_q;

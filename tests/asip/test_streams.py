@@ -95,6 +95,18 @@ def test_stall__a_bundle_that_waits__takes_one_word():
     ]
 
 
+def test_stall__before_a_branch__took_one_word_too():
+    bundles = [
+        take("a1"),
+        op("fadd", "a2", "s0", "a1"),
+        op("bnz", "k0", target="there"),
+        take("a3"),
+        (take("a4"), HALT),
+    ]
+    got = bench.verify(image(bundles, {"there": 4}, A=list(WORDS)), timing=False)
+    assert got.stalls["STALL_OPERAND"] > 0 and got.writes["a4"] == [FOUR]
+
+
 @pytest.mark.parametrize("taken", [0, 1])
 @pytest.mark.parametrize("gap", range(8))
 def test_branch__words_and_seeks_that_were_fetched_on_the_way__are_as_if_they_were_not(taken, gap):
@@ -110,9 +122,12 @@ def test_branch__words_and_seeks_that_were_fetched_on_the_way__are_as_if_they_we
 
 
 def test_run__begins_at_the_first_words_whatever_the_last_one_took():
-    program = image([take("a1"), (take("a2"), HALT)], A=list(WORDS))
-    first, again = bench.run(program), bench.run(program, loaded=True)
-    assert first.writes == again.writes == {"a1": [ONE], "a2": [TWO]}
+    branch = op("bnz", "k0", target="there")  # words are fetched again after it
+    for between in ([], [branch]):
+        bundles = [take("a1"), *between, (take("a2"), HALT)]
+        program = image(bundles, {"there": len(bundles) - 1}, A=list(WORDS))
+        first, again = bench.run(program), bench.run(program, loaded=True)
+        assert first.writes == again.writes == {"a1": [ONE], "a2": [TWO]}
 
 
 def test_memory_written_between_runs__the_first_bundle_takes_the_new_word():

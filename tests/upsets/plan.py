@@ -50,6 +50,10 @@ KINDS = (
 )
 
 
+A_IN_A, K_IN_A = 64, 128
+"""First words of banks A and K in a memory that both share (asip_operands_multiple.sv)."""
+
+
 def block_of(place: str) -> str:
     """Block of a flip-flop by its place."""
     return next(block for block, pattern in BLOCKS.items() if re.search(pattern, place))
@@ -65,10 +69,18 @@ def places(model: Model, kind: Kind) -> list[tuple[int, np.ndarray]]:
             [np.array([o.index for o in image.outputs]) + 32 * page for page in range(3)]
         ),
     }.get(kind.name)
+    # Without redundancy bank K is in the memories of bank A, after its registers.
+    shared = not any(".u_bank_k." in site.name for site in model.sites)
+    pattern = kind.pattern
+    if shared and kind.name == "bank K in use":
+        pattern, used = pattern.replace("bank_k", "bank_a"), used + K_IN_A
     found = []
     for number, site in enumerate(model.sites):
-        if (site.elements > 1) == kind.memory and re.search(kind.pattern, site.name):
-            found.append((number, np.arange(site.elements) if used is None else used))
+        if (site.elements > 1) == kind.memory and re.search(pattern, site.name):
+            elements = np.arange(site.elements) if used is None else used
+            if shared and kind.memory and used is None and ".u_bank_a." in site.name:
+                elements = np.arange(A_IN_A, K_IN_A)
+            found.append((number, elements))
     return found
 
 

@@ -65,7 +65,7 @@ def test_inject__plain_core__the_known_effects(plain):
     assert effect(plain, f"4 157 {issue}.u_scoreboard_c.pending_q.30") == "locked up"
     assert effect(plain, "9 100 TOP.asip.u_run.u_control.state_q.1") in ("run lost", "locked up")
     assert effect(plain, "9 100 TOP.asip.u_host.readdata_q.3") == "masked"
-    assert effect(plain, f"9 0 {bank_copy('k', 0)}[127].31") == "latent"
+    assert effect(plain, f"9 0 {bank_copy('a', 0)}[255].31") == "latent"
 
 
 def test_inject__same_shard_twice__same_outcomes(plain):
