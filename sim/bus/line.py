@@ -59,12 +59,13 @@ class Line(BusModel):
     """`len(ppm)` slaves, clocks that many parts per million fast; cables of `cable_ps` each."""
 
     prefix = "bus"
+    new = (ctypes.c_uint, ctypes.POINTER(ctypes.c_double), ctypes.c_uint64, ctypes.c_int)
 
     def __init__(
         self, ppm: Sequence[float] = (0.0,), cable_ps: int = CABLE_PS, closed: bool = False
     ) -> None:
         values = (ctypes.c_double * len(ppm))(*ppm)
-        super().__init__(library(), len(ppm), values, ctypes.c_uint64(cable_ps), int(closed))
+        super().__init__(library(), len(ppm), values, cable_ps, closed)
         self.slaves = len(ppm)
         self.run(SETTLE_NS)
 

@@ -8,6 +8,7 @@ import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from asip_asm.project import ROOT
 from sim.rtl import verilated
@@ -47,8 +48,10 @@ class BusModel(verilated.Verilated):
 
     end = "delete"
 
+    new: tuple[Any, ...] = ()  # types of the arguments of `<prefix>_new`
+
     def __init__(self, lib: ctypes.CDLL, *arguments: object) -> None:
-        super().__init__(lib, {}, *arguments)
+        super().__init__(lib, {"new": (None, *self.new)}, *arguments)
 
     @property
     def _model(self) -> ctypes.c_void_p:

@@ -53,8 +53,8 @@ def kill_workers(pool: ProcessPoolExecutor) -> None:
 
 @contextmanager
 def processes(jobs: int) -> Iterator[ProcessPoolExecutor]:
-    """Processes that share nothing with this one: a copy of it would wait for ever for the threads
-    of a Verilated model that it frees.
+    """Processes that share nothing with this one: a copy of it could not run its Verilated models,
+    whose threads are not copied.
 
     A job that is stopped ends them without waiting for their tasks.
     """

@@ -16,7 +16,7 @@ from sim.rtl.waves import load_model
 
 Signatures = Mapping[str, tuple[Any, ...]]
 """By name of a C function: the type of its result, None without, and those of its arguments after
-the model."""
+the model. "new": (None, types of all arguments), left out if there are none."""
 
 
 class Verilated:
@@ -32,12 +32,22 @@ class Verilated:
     def __init__(
         self, library: Path | ctypes.CDLL, signatures: Signatures, *arguments: object
     ) -> None:
-        """arguments: of `<prefix>_new`."""
+        """arguments: of `<prefix>_new`. Raises TypeError if `signatures` has other types for them.
+
+        Without a type, ctypes would pass a number as 32 bits and cut an address.
+        """
+        _, *types = signatures.get("new", (None,))
+        if len(types) != len(arguments):
+            raise TypeError(
+                f"{self.prefix}_new: {len(arguments)} arguments, but the signature of 'new' has "
+                f"{len(types)} types"
+            )
         self._lib = load_model(library) if isinstance(library, Path) else library
-        self._bind({self.end: (None,), **signatures})
+        others = {name: types for name, types in signatures.items() if name != "new"}
+        self._bind({self.end: (None,), **others})
         self._process = os.getpid()
         new = getattr(self._lib, f"{self.prefix}_new")
-        new.restype = ctypes.c_void_p
+        new.restype, new.argtypes = ctypes.c_void_p, types
         self._handle = new(*arguments)
 
     def _bind(self, signatures: Signatures) -> None:

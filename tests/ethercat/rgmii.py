@@ -58,11 +58,13 @@ class Latencies:
 class Rgmii(line.Line):
     """The slave's clock is `ppm` parts per million fast; `phys` at ports 0 and 1."""
 
+    new = (ctypes.c_double,)
+
     def __init__(self, phys: tuple[Phy, Phy] = (Phy(), Phy(status=DOWN)), ppm: float = 0.0) -> None:
         folders = (*line.FOLDERS, HERE)
         longs = ("bus_began", "bus_now")
         library = verilated.load(TOP, HERE / "rgmii_harness.cpp", longs, folders)
-        verilated.BusModel.__init__(self, library, ctypes.c_double(ppm))
+        verilated.BusModel.__init__(self, library, ppm)
         for port, phy in enumerate(phys):
             self.phy(port, phy)
         self.run(line.SETTLE_NS)

@@ -57,8 +57,12 @@ def test_fork__forgets_the_model_and_does_not_wait_for_its_threads():
     time.sleep(0.5)  # its threads wait for work
     child = os.fork()
     if child == 0:
-        model.close()
-        os._exit(0)
+        status = 1
+        try:
+            model.close()
+            status = 0
+        finally:
+            os._exit(status)  # never back into pytest
     end = time.monotonic() + 30
     while (ended := os.waitpid(child, os.WNOHANG)) == (0, 0) and time.monotonic() < end:
         time.sleep(0.05)

@@ -7,7 +7,10 @@ import os
 import subprocess
 import sys
 
+import pytest
+
 from sim.rtl.nios_rtl import NiosRtl
+from sim.rtl.verilated import Verilated
 
 PROGRAM = """
 import ctypes, sys
@@ -24,3 +27,13 @@ def test_free__of_the_last_model_before_the_first__uses_no_freed_memory() -> Non
     model = NiosRtl("fpga2")
     command = [sys.executable, "-c", PROGRAM, model._lib._name]
     subprocess.run(command, env=os.environ | {"MALLOC_PERTURB_": "165"}, check=True, timeout=60)
+
+
+def test_arguments_without_types__are_refused() -> None:
+    """ctypes cuts an address without a type to 32 bits, which some builds of Python survive."""
+
+    class Untyped(Verilated):
+        prefix = "nios"
+
+    with pytest.raises(TypeError, match="nios_new: 1 arguments, but .* has 0 types"):
+        Untyped(NiosRtl("fpga2")._lib, {}, 1)

@@ -32,6 +32,7 @@ WORDS = 5  # of the link in front of the orders
 COLUMNS = 7
 POINTER, U32 = ctypes.c_void_p, ctypes.c_uint32
 SIGNATURES: Signatures = {
+    "new": (None, POINTER, POINTER),
     "load": (None, POINTER, POINTER, U32, U32),
     "outer": (None, POINTER, POINTER, U32, U32, U32),
     "gates": (None, ctypes.c_int),
