@@ -47,7 +47,6 @@ class BusModel(verilated.Verilated):
     """A model of the bus: time, and frames between its ports and TAP devices."""
 
     end = "delete"
-
     new: tuple[Any, ...] = ()  # types of the arguments of `<prefix>_new`
 
     def __init__(self, lib: ctypes.CDLL, *arguments: object) -> None:
